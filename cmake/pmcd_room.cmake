@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+# What every target of the house has in common: warnings, hardening, sanitizers, the include root.
+
+find_program(PMCD_CCACHE ccache)
+if(PMCD_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${PMCD_CCACHE})
+endif()
+
+# pmcd_room(<target>): house warnings; the repository root is the include root, so includes read "codec/decoder.h".
+function(pmcd_room target)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
+  if(PMCD_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${PMCD_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${PMCD_SANITIZE})
+  endif()
+endfunction()
+
+# pmcd_asio(<target>): Boost 1.74's Asio with C++20 coroutines, under gcc and clang alike.
+function(pmcd_asio target)
+  target_compile_definitions(${target} PUBLIC BOOST_ASIO_NO_DEPRECATED BOOST_ASIO_HAS_CO_AWAIT
+                                              BOOST_ASIO_HAS_STD_COROUTINE)
+endfunction()

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// The walk over a mesh, gate by gate, that both conquests share and that encoder and decoder share: which gate is next,
+// what becomes conquered, which tags are given. What stands before a gate (and rewriting it) is the driver's business:
+// the encoder's removes vertices, the decoder's inserts them, and both then see the same ring.
+// Source: Alliez and Desbrun 2001, sections 3 (decimating conquest) and 4 (cleaning conquest).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/conquest/patch.h"
+#include "codec/conquest/triangulation.h"
+#include "codec/mesh/halfedge_mesh.h"
+
+namespace pmcd::codec {
+
+enum class PassKind : std::uint8_t { decimating = 0, cleaning = 1 };
+
+/// What was decided at a gate: 0 = null patch, 3 to 6 = valence of the removed interior vertex, kBorder + 3 or + 4 =
+/// border patch with so many ring vertices.
+using Symbol = std::uint8_t;
+inline constexpr Symbol kNull = 0;
+inline constexpr Symbol kBorder = 8;
+inline constexpr Symbol kImpossible = 0xFF;  ///< a driver's answer when it cannot go on
+
+/// The two vertices from which the walk over a component starts; they are never removed.
+struct Seed {
+  std::uint32_t s;
+  std::uint32_t t;
+};
+
+/// What a pass remembers of the mesh; cleared at its start, kept from pass to pass for its memory.
+struct Marks {
+  std::vector<std::uint8_t> face;      ///< not 0: conquered
+  std::vector<std::uint8_t> conquered;  ///< by vertex
+  std::vector<Tag> tag;                ///< by vertex
+  std::vector<std::uint32_t> queue;    ///< gates, first in first out
+
+  void clear(const HalfEdgeMesh& mesh) {
+    face.assign(mesh.face_count(), 0);
+    conquered.assign(mesh.vertex_count(), 0);
+    tag.assign(mesh.vertex_count(), Tag::none);
+    queue.clear();
+  }
+};
+
+/// One pass over all components. Driver: `Symbol decide(gate, Tag s, Tag t, Patch&)` answers what stands before the
+/// gate and, unless it is a null patch, has rewritten it and filled the patch; kImpossible ends the walk.
+/// Answers false only then. [linear in the faces]
+template <typename Driver>
+bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kind, Marks& marks, Driver& driver) {
+  marks.clear(mesh);
+  auto push_across = [&](std::uint32_t h) {
+    const std::uint32_t gate = mesh.opposite(h);
+    if (gate != kNone) marks.queue.push_back(gate);
+  };
+  auto push_outside = [&](std::uint32_t gate) {
+    if (gate != kNone) marks.queue.push_back(gate);
+  };
+  for (const Seed& seed : seeds) {
+    marks.queue.clear();
+    marks.conquered[seed.s] = marks.conquered[seed.t] = 1;
+    marks.tag[seed.t] = Tag::plus;
+    marks.tag[seed.s] = Tag::minus;
+    const std::uint32_t first = mesh.find_halfedge(seed.s, seed.t);
+    if (first == kNone) return false;
+    marks.queue.push_back(first);
+    push_across(first);  // the first face may be a dead end in the corner of a boundary
+    for (std::size_t head = 0; head < marks.queue.size(); ++head) {
+      const std::uint32_t gate = marks.queue[head];
+      // A gate whose face was rewritten since it was queued lies in a conquered slot too.
+      if (marks.face[HalfEdgeMesh::face_of(gate)] != 0) continue;
+      const Tag tag_s = marks.tag[mesh.origin(gate)];
+      const Tag tag_t = marks.tag[mesh.target(gate)];
+      Patch patch;
+      const Symbol symbol = driver.decide(gate, tag_s, tag_t, patch);
+      if (symbol == kImpossible) return false;
+      if (symbol == kNull) {
+        const std::uint32_t front = mesh.apex(gate);
+        marks.face[HalfEdgeMesh::face_of(gate)] = 1;
+        marks.conquered[front] = 1;
+        if (marks.tag[front] == Tag::none) {
+          marks.tag[front] = tag_s == Tag::plus && tag_t == Tag::plus ? Tag::minus : Tag::plus;
+        }
+        push_across(HalfEdgeMesh::next(gate));
+        push_across(HalfEdgeMesh::prev(gate));
+        continue;
+      }
+      if (marks.face.size() < mesh.face_count()) marks.face.resize(mesh.face_count(), 1);
+      if (marks.conquered.size() < mesh.vertex_count()) {
+        marks.conquered.resize(mesh.vertex_count(), 1);
+        marks.tag.resize(mesh.vertex_count(), Tag::plus);
+      }
+      for (unsigned i = 0; i < patch.slot_count; ++i) marks.face[patch.slots[i]] = 1;
+      for (std::uint32_t v : patch.ring_vertices()) marks.conquered[v] = 1;
+      if (kind == PassKind::decimating) {
+        const Triangulation& triangulation =
+            patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
+                              : interior_triangulation(patch.size, tag_s, tag_t);
+        for (unsigned i = 0; i < patch.size; ++i) {
+          Tag& tag = marks.tag[patch.ring[i]];
+          if (tag == Tag::none) tag = triangulation.tag[i];
+        }
+        for (unsigned i = 0; i + 1 < patch.size; ++i) push_outside(patch.outside[i]);
+        continue;
+      }
+      // Cleaning: the faces beyond the two other ring edges are stepped over without a symbol. Their third vertices
+      // are conquered too: two vertices of valence 3 may face each other there.
+      for (unsigned i = 0; i + 1 < patch.size; ++i) {
+        const std::uint32_t beyond = patch.outside[i];
+        if (beyond == kNone || marks.face[HalfEdgeMesh::face_of(beyond)] != 0) continue;
+        marks.face[HalfEdgeMesh::face_of(beyond)] = 1;
+        marks.conquered[mesh.apex(beyond)] = 1;
+        push_across(HalfEdgeMesh::next(beyond));
+        push_across(HalfEdgeMesh::prev(beyond));
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace pmcd::codec

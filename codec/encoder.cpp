@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+#include "codec/encoder.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "codec/base/base_mesh.h"
+#include "codec/encoder/decimation.h"
+#include "codec/encoder/grouping.h"
+#include "codec/encoder/plan_writer.h"
+#include "codec/encoder/proof.h"
+#include "codec/level_state.h"
+#include "codec/packet/base_header.h"
+#include "codec/packet/hash.h"
+#include "codec/packet/header.h"
+#include "codec/refine.h"
+#include "codec/tail.h"
+
+namespace pmcd::codec {
+namespace {
+
+// The lattice under a lossless mesh: as fine as prediction still pays, what is below is left to exactness.
+constexpr unsigned kLosslessBits = 16;
+constexpr unsigned kMostPackets = 1000;
+
+// Shares of the whole time, for progress.
+constexpr double kDecimated = 0.4;
+constexpr double kWritten = 0.7;
+
+Status check_options(const EncodeOptions& options) {
+  if (options.bits && (*options.bits < kMinLatticeBits || *options.bits > kMaxLatticeBits)) {
+    return Error{ErrorCode::invalid_option, *options.bits, "bits must lie in 4 to 24"};
+  }
+  if (options.max_packets_after_base &&
+      (*options.max_packets_after_base < 1 || *options.max_packets_after_base > kMostPackets)) {
+    return Error{ErrorCode::invalid_option, *options.max_packets_after_base, "levels must lie in 1 to 1000"};
+  }
+  if (!(options.min_flip_cosine >= -1 && options.min_flip_cosine <= 1)) {
+    return Error{ErrorCode::invalid_option, 0, "the flip limit is a cosine, from -1 to 1"};
+  }
+  if (options.max_shape_error && !(*options.max_shape_error >= 0)) {
+    return Error{ErrorCode::invalid_option, 0, "the shape limit must not be negative"};
+  }
+  return {};
+}
+
+// Isolated vertices along a Morton curve, so that steps from one to the next are short.
+std::vector<std::uint32_t> sort_isolated(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points) {
+  std::vector<std::uint32_t> isolated;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.outgoing(v) == kNone) isolated.push_back(v);
+  }
+  auto before = [&](std::uint32_t a, std::uint32_t b) {
+    // The axis whose highest differing bit is highest decides; no interleaving needed.
+    std::size_t deciding = 0;
+    std::uint32_t most = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto difference = static_cast<std::uint32_t>(points[a][axis] ^ points[b][axis]);
+      if (most < difference && most < (most ^ difference)) {
+        most = difference;
+        deciding = axis;
+      }
+    }
+    return points[a][deciding] != points[b][deciding] ? points[a][deciding] < points[b][deciding] : a < b;
+  };
+  std::sort(isolated.begin(), isolated.end(), before);
+  return isolated;
+}
+
+void bounding_box(const TriangleMesh& mesh, Position& low, Position& high) {
+  if (mesh.positions.empty()) return;
+  low = high = mesh.positions[0];
+  for (const Position& p : mesh.positions) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // Ties matter: -0.0 lies below +0.0 here, for the box bounds bit patterns.
+      if (p[axis] < low[axis] || (p[axis] == low[axis] && std::signbit(p[axis]))) low[axis] = p[axis];
+      if (p[axis] > high[axis] || (p[axis] == high[axis] && !std::signbit(p[axis]))) high[axis] = p[axis];
+    }
+  }
+}
+
+struct Writing {
+  EncodingPlan plan;
+  LevelState state;
+  std::vector<EncodedPacket> packets;
+  std::vector<std::uint64_t> hashes;
+};
+
+// Drives the decoder's own functions with a source that writes; the header is filled in when all packets stand.
+Status write_packet(Writing& w, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
+                    const LevelBounds& bounds) {
+  const bool is_base = w.packets.empty();
+  std::vector<std::byte> bytes(kPacketHeaderBytes);
+  if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
+  PlanWriter writer(w.plan, passes, with_isolated, with_exactness, bytes);
+  Marks marks;
+  Status status = is_base ? code_base_mesh(w.state, writer, bounds.vertices, bounds.faces)
+                          : code_passes(w.state, bounds, writer);
+  if (status) status = code_isolated(w.state, bounds.vertices, writer);
+  if (status) status = code_exactness(w.state, writer);
+  if (!status) return Error{ErrorCode::internal_error, w.packets.size(), "writing a packet: " + status.error().detail};
+  writer.finish();
+  w.packets.push_back({std::move(bytes), w.state.mesh.vertex_count(), w.state.mesh.face_count()});
+  w.hashes.push_back(mesh_hash(w.state));
+  return {};
+}
+
+void write_headers(Writing& w) {
+  Hash64 generation;
+  for (const EncodedPacket& packet : w.packets) {
+    generation.add(packet.bytes.size());
+    std::uint64_t word = 0;
+    for (std::size_t i = kPacketHeaderBytes; i < packet.bytes.size(); ++i) {
+      word = (word << 8) | static_cast<std::uint64_t>(packet.bytes[i]);
+      if (i % 8 == 7 || i + 1 == packet.bytes.size()) {
+        generation.add(word);
+        word = 0;
+      }
+    }
+  }
+  for (std::uint64_t hash : w.hashes) generation.add(hash);
+  for (std::size_t k = 0; k < w.packets.size(); ++k) {
+    PacketHeader header;
+    header.kind = k == 0 ? PacketKind::base : PacketKind::refinement;
+    header.last = k + 1 == w.packets.size();
+    header.level = static_cast<std::uint32_t>(k);
+    header.vertices = w.packets[k].vertices;
+    header.faces = w.packets[k].faces;
+    header.mesh_hash = w.hashes[k];
+    header.generation = generation.value();
+    write_packet_header(w.packets[k].bytes, header);
+  }
+}
+
+}  // namespace
+
+Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress) {
+  const Error cancelled{ErrorCode::cancelled, 0, "encoding was cancelled"};
+  auto go_on = [&](double fraction) { return !progress || progress(fraction); };
+  Status valid = check_options(options);
+  if (!valid) return valid.error();
+  const bool lossless = !options.bits.has_value();
+  Result<Lattice> lattice = Lattice::over(mesh, options.bits.value_or(kLosslessBits));
+  if (!lattice) return lattice.error();
+  Result<HalfEdgeMesh> built = HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
+  if (!built) return built.error();
+  if (!go_on(0.05)) return cancelled;
+
+  Writing w;
+  w.plan.original = &mesh;
+  w.plan.points.reserve(mesh.positions.size());
+  for (const Position& p : mesh.positions) w.plan.points.push_back(lattice->snap(p));
+  w.plan.base = std::move(built).value();
+  w.plan.seeds = choose_seeds(w.plan.base);
+  w.plan.isolated = sort_isolated(w.plan.base, w.plan.points);
+  bounding_box(mesh, w.plan.box_min, w.plan.box_max);
+
+  Encoded result;
+  result.report.components = static_cast<std::uint32_t>(w.plan.seeds.size());
+  result.report.isolated_vertices = static_cast<std::uint32_t>(w.plan.isolated.size());
+  for (std::uint32_t h = 0; h < 3 * w.plan.base.face_count(); ++h) {
+    result.report.boundary_edges += w.plan.base.opposite(h) == kNone ? 1 : 0;
+  }
+
+  const auto total = static_cast<std::uint32_t>(mesh.positions.size());
+  const std::uint32_t in_faces = total - result.report.isolated_vertices;
+  bool stopped = false;
+  std::vector<PassRecord> passes =
+      decimate(w.plan.base, w.plan.points, w.plan.seeds, {{options.min_flip_cosine, options.max_shape_error}, options.cleaning},
+               [&](std::uint32_t left) {
+                 return go_on(0.05 + (kDecimated - 0.05) * (in_faces - left) / std::max(1u, in_faces));
+               },
+               stopped);
+  if (stopped) return cancelled;
+  std::reverse(passes.begin(), passes.end());
+  result.report.passes = static_cast<std::uint32_t>(passes.size());
+
+  std::uint32_t vertices = in_faces;
+  for (const PassRecord& pass : passes) {
+    vertices -= static_cast<std::uint32_t>(pass.removed.size());
+    result.report.gates += pass.symbols.size();
+  }
+  const std::uint32_t base_vertices = vertices;
+  std::vector<std::uint32_t> vertices_after;
+  for (const PassRecord& pass : passes) {
+    vertices += static_cast<std::uint32_t>(pass.removed.size());
+    vertices_after.push_back(vertices);
+  }
+  // Exactness is a packet of its own, unless only one may follow the base or there is nothing to be exact about.
+  std::optional<unsigned> most = options.max_packets_after_base;
+  const bool exact_apart = lossless && total > 0 && (passes.empty() || !most || *most > 1);
+  if (most && exact_apart && *most > 1) --*most;
+  const std::vector<std::uint32_t> groups = group_passes(base_vertices, vertices_after, most);
+
+  w.state.lattice = *lattice;
+  w.state.lossless = lossless;
+  const LevelBounds bounds{total, static_cast<std::uint32_t>(mesh.faces.size())};
+  w.state.mesh.reserve(total, bounds.faces);
+  const bool only_base = groups.empty();
+  Status written = write_packet(w, {}, only_base, only_base && lossless && !exact_apart && total > 0, bounds);
+  if (written) {
+    w.state.mesh.reserve(total, bounds.faces);
+    w.state.points.reserve(total);
+    w.plan.to_original.reserve(total);
+    w.plan.base = HalfEdgeMesh();
+  }
+  std::size_t first_pass = 0;
+  for (std::size_t k = 0; k < groups.size() && written; ++k) {
+    const bool last = k + 1 == groups.size();
+    const std::span<const PassRecord> of_packet(passes.data() + first_pass, groups[k]);
+    written = write_packet(w, of_packet, last, last && lossless && !exact_apart, bounds);
+    for (std::size_t p = first_pass; p < first_pass + groups[k]; ++p) passes[p] = {};
+    first_pass += groups[k];
+    if (!go_on(kDecimated + (kWritten - kDecimated) * w.state.mesh.vertex_count() / std::max(1u, total))) return cancelled;
+  }
+  if (written && exact_apart) written = write_packet(w, {}, false, true, bounds);
+  if (!written) return written.error();
+  write_headers(w);
+  w.state = {};
+  if (!go_on(kWritten)) return cancelled;
+
+  Status proof = prove(w.packets, mesh, *lattice, lossless, w.plan.to_original);
+  if (!proof) return proof.error();
+  if (!go_on(1)) return cancelled;
+  result.report.bits = w.plan.bits;
+  result.packets = std::move(w.packets);
+  return result;
+}
+
+}  // namespace pmcd::codec

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "codec/encoder/decimation.h"
+
+#include <utility>
+
+namespace pmcd::codec {
+namespace {
+
+// Below this many vertices a component its coarser levels show nothing more.
+constexpr std::uint32_t kSmallBase = 24;
+// A pass that removes less than this share of the vertices has stalled.
+constexpr double kStall = 0.08;
+
+// The conquest's driver on the encoder's side: asks what may go, takes it out, writes it down.
+class RemovingDriver {
+ public:
+  RemovingDriver(HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
+                 const GeometricLimits& limits, PassRecord& record)
+      : mesh_(mesh), points_(points), marks_(marks), limits_(limits), record_(record) {}
+
+  Symbol decide(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {
+    const Symbol symbol = choose(gate, tag_s, tag_t, patch);
+    record_.symbols.push_back(symbol);
+    return symbol;
+  }
+
+ private:
+  Symbol choose(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {
+    if (marks_.conquered[mesh_.apex(gate)] != 0 || !collect_star(mesh_, gate, patch)) return kNull;
+    const bool cleaning = record_.kind == PassKind::cleaning;
+    if (cleaning && (patch.size != 3 || patch.is_border())) return kNull;
+    const Triangulation& triangulation =
+        cleaning            ? interior_triangulation(3, Tag::plus, Tag::minus)
+        : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
+                            : interior_triangulation(patch.size, tag_s, tag_t);
+    if (!keeps_manifold(mesh_, patch, triangulation) || !keeps_shape(points_, patch, triangulation, limits_)) {
+      return kNull;
+    }
+    remove_centre(mesh_, patch, triangulation);
+    record_.removed.push_back(patch.centre);
+    return static_cast<Symbol>(patch.is_border() ? kBorder + patch.size : patch.size);
+  }
+
+  HalfEdgeMesh& mesh_;
+  std::span<const LatticePoint> points_;
+  const Marks& marks_;
+  const GeometricLimits& limits_;
+  PassRecord& record_;
+};
+
+}  // namespace
+
+std::vector<Seed> choose_seeds(const HalfEdgeMesh& mesh) {
+  std::vector<Seed> seeds;
+  std::vector<std::uint8_t> seen(mesh.face_count(), 0);
+  std::vector<std::uint32_t> stack;
+  for (std::uint32_t start = 0; start < mesh.face_count(); ++start) {
+    if (seen[start] != 0) continue;
+    seeds.push_back({mesh.origin(3 * start), mesh.target(3 * start)});
+    seen[start] = 1;
+    stack.assign(1, start);
+    while (!stack.empty()) {
+      const std::uint32_t face = stack.back();
+      stack.pop_back();
+      for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
+        const std::uint32_t across = mesh.opposite(h);
+        if (across == kNone || seen[HalfEdgeMesh::face_of(across)] != 0) continue;
+        seen[HalfEdgeMesh::face_of(across)] = 1;
+        stack.push_back(HalfEdgeMesh::face_of(across));
+      }
+    }
+  }
+  return seeds;
+}
+
+std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::span<const Seed> seeds,
+                                 const DecimationOptions& options, const DecimationProgress& progress,
+                                 bool& cancelled) {
+  cancelled = false;
+  std::vector<PassRecord> passes;
+  std::uint32_t left = 0;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) left += mesh.outgoing(v) != kNone ? 1 : 0;
+  const std::uint64_t small = std::uint64_t{kSmallBase} * seeds.size();
+  GeometricLimits limits = options.limits;
+  bool limited = true;
+  Marks marks;
+  PassKind kind = PassKind::decimating;
+  std::uint32_t removed_by_pair = 0;
+  while (!seeds.empty()) {
+    PassRecord record;
+    record.kind = kind;
+    RemovingDriver driver(mesh, points, marks, limits, record);
+    conquer(mesh, seeds, kind, marks, driver);
+    const auto removed = static_cast<std::uint32_t>(record.removed.size());
+    removed_by_pair += removed;
+    left -= removed;
+    if (removed > 0) passes.push_back(std::move(record));
+    if (progress && !progress(left)) {
+      cancelled = true;
+      return {};
+    }
+    if (options.cleaning && kind == PassKind::decimating) {
+      kind = PassKind::cleaning;
+      continue;
+    }
+    kind = PassKind::decimating;
+    const bool stalled = removed_by_pair < kStall * (left + removed_by_pair);
+    if (stalled && limited) {
+      limits = {};
+      limited = false;
+    } else if (removed_by_pair == 0 || left <= small) {
+      break;
+    }
+    removed_by_pair = 0;
+  }
+  return passes;
+}
+
+}  // namespace pmcd::codec

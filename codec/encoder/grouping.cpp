@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "codec/encoder/grouping.h"
+
+#include <algorithm>
+
+namespace pmcd::codec {
+namespace {
+
+// One pass takes out a quarter to a third, so groups of two passes grow 1.8 to 2.2 times.
+constexpr double kUsualGrowth = 1.75;
+// A remainder at the coarse end joins its neighbour if the level still grows no more than this.
+constexpr double kMostGrowth = 2.8;
+
+// The n-th root of x >= 1 by bisection: no libm function decides what is in a stream.
+double root(double x, unsigned n) {
+  double low = 1;
+  double high = x;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    double power = 1;
+    for (unsigned k = 0; k < n && power <= x; ++k) power *= middle;
+    (power <= x ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<const std::uint32_t> vertices_after,
+                                        std::optional<unsigned> most_packets) {
+  std::vector<std::uint32_t> groups;
+  if (vertices_after.empty()) return groups;
+  const double base = std::max(1u, base_vertices);
+  const double growth = most_packets ? root(vertices_after.back() / base, *most_packets) : kUsualGrowth;
+  auto before = [&](std::size_t pass) { return pass == 0 ? base : static_cast<double>(vertices_after[pass - 1]); };
+
+  // From the fine end, where the bytes are; what is left over falls to the coarse end.
+  double level_end = vertices_after.back();
+  std::uint32_t in_group = 0;
+  for (std::size_t pass = vertices_after.size(); pass-- > 0;) {
+    ++in_group;
+    if (level_end < growth * before(pass)) continue;
+    groups.push_back(in_group);
+    in_group = 0;
+    level_end = before(pass);
+  }
+  if (in_group > 0) {
+    const bool too_many = most_packets && groups.size() >= *most_packets;
+    const double first_of_next =
+        groups.empty() ? 0 : vertices_after[static_cast<std::size_t>(in_group) + groups.back() - 1];
+    if (!groups.empty() && (too_many || first_of_next <= kMostGrowth * base)) {
+      groups.back() += in_group;
+    } else {
+      groups.push_back(in_group);
+    }
+  }
+  std::reverse(groups.begin(), groups.end());
+  return groups;
+}
+
+}  // namespace pmcd::codec

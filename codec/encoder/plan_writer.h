@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// The Source that writes instead of reads (see source.h): it answers every question of the shared decoding functions
+// from the encoder's records, writes the answer, and keeps account of which decoder vertex is which original one.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "codec/encoder/decimation.h"
+#include "codec/encoder.h"
+#include "codec/mesh/halfedge_mesh.h"
+#include "codec/source.h"
+
+namespace pmcd::codec {
+
+/// What the encoder knows, over all packets. Original numbering unless said otherwise.
+struct EncodingPlan {
+  const TriangleMesh* original = nullptr;
+  std::vector<LatticePoint> points;
+  HalfEdgeMesh base;                       ///< what decimation left
+  std::vector<Seed> seeds;
+  std::vector<std::uint32_t> isolated;     ///< in the order in which they are coded
+  Position box_min{};
+  Position box_max{};
+
+  std::vector<std::uint32_t> to_original;  ///< by decoder vertex; grows as packets are written
+  BitReport bits;
+};
+
+/// Writes one packet's coded part.
+class PlanWriter {
+ public:
+  /// `passes` are those of this packet, coarse to fine.
+  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
+             std::vector<std::byte>& out)
+      : plan_(plan), passes_(passes), with_isolated_(with_isolated), with_exactness_(with_exactness), encoder_(out) {}
+
+  bool bit(AdaptiveBit& model, bool value) {
+    encoder_.bit(model, value);
+    return value;
+  }
+  std::uint32_t raw(std::uint32_t value, unsigned count) {
+    if (count > 0) encoder_.raw(value, count);
+    return value;
+  }
+  std::uint32_t uniform(std::uint32_t value, std::uint32_t count) {
+    encoder_.uniform(value, count);
+    return value;
+  }
+  [[nodiscard]] static bool failed() { return false; }
+  void finish() { encoder_.finish(); }
+
+  [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
+  [[nodiscard]] bool wanted_cleaning() const { return passes_[pass_].kind == PassKind::cleaning; }
+  Symbol wanted_symbol() {
+    // A walk that went another way than the recorded one would run out: an impossible symbol ends it.
+    const auto& symbols = passes_[pass_].symbols;
+    return next_symbol_ < symbols.size() ? symbols[next_symbol_++] : kImpossible;
+  }
+  [[nodiscard]] LatticePoint wanted_point(std::uint32_t vertex) const { return plan_.points[plan_.to_original[vertex]]; }
+  [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(plan_.seeds.size()); }
+  [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const;
+  [[nodiscard]] std::uint32_t wanted_isolated() const {
+    return with_isolated_ ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
+  }
+  [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t k) const { return plan_.points[plan_.isolated[k]]; }
+  [[nodiscard]] bool wanted_exactness() const { return with_exactness_; }
+  [[nodiscard]] double wanted_bound(std::size_t axis, bool upper) const {
+    return upper ? plan_.box_max[axis] : plan_.box_min[axis];
+  }
+  [[nodiscard]] double wanted_exact(std::uint32_t vertex, std::size_t axis) const {
+    return plan_.original->positions[plan_.to_original[vertex]][axis];
+  }
+
+  void told_pass(std::uint32_t pass) {
+    pass_ = pass;
+    next_symbol_ = 0;
+    next_removed_ = 0;
+  }
+  void told_inserted(std::uint32_t /*vertex*/) {
+    plan_.to_original.push_back(passes_[pass_].removed[next_removed_++]);
+  }
+  void told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t face);
+  void told_face(std::uint32_t beyond, std::uint32_t face, std::uint32_t vertex);
+  void told_isolated(std::uint32_t k, std::uint32_t /*vertex*/) { plan_.to_original.push_back(plan_.isolated[k]); }
+  void told_part(PacketPart part);
+
+ private:
+  [[nodiscard]] std::uint32_t planned(std::uint32_t decoder_halfedge) const {
+    return HalfEdgeMesh::face_of(base_first_[decoder_halfedge / 3]) * 3 +
+           (base_first_[decoder_halfedge / 3] + decoder_halfedge % 3) % 3;
+  }
+
+  EncodingPlan& plan_;
+  std::span<const PassRecord> passes_;
+  bool with_isolated_;
+  bool with_exactness_;
+  RangeEncoder encoder_;
+  std::size_t pass_ = 0;
+  std::size_t next_symbol_ = 0;
+  std::size_t next_removed_ = 0;
+  double counted_bits_ = 0;
+  std::vector<std::uint32_t> base_first_;    ///< by decoder face: the base's half-edge that is its first
+  std::vector<std::uint32_t> to_decoder_;    ///< by original vertex, of the base
+};
+
+inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
+  const std::uint32_t across = plan_.base.opposite(planned(halfedge));
+  if (across == kNone) return {BaseStep::Kind::boundary, 0};
+  const std::uint32_t vertex = to_decoder_[plan_.base.apex(across)];
+  if (vertex == kNone) return {BaseStep::Kind::new_vertex, 0};
+  return {BaseStep::Kind::known_vertex, vertex};
+}
+
+inline void PlanWriter::told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t /*face*/) {
+  if (to_decoder_.empty()) to_decoder_.assign(plan_.base.vertex_count(), kNone);
+  const Seed& seed = plan_.seeds[component];
+  const std::uint32_t h = plan_.base.find_halfedge(seed.s, seed.t);
+  base_first_.push_back(h);
+  const std::uint32_t third = plan_.base.apex(h);
+  std::uint32_t number = first_vertex;
+  for (std::uint32_t v : {seed.s, seed.t, third}) {
+    to_decoder_[v] = number++;
+    plan_.to_original.push_back(v);
+  }
+}
+
+inline void PlanWriter::told_face(std::uint32_t beyond, std::uint32_t /*face*/, std::uint32_t vertex) {
+  const std::uint32_t across = plan_.base.opposite(planned(beyond));
+  base_first_.push_back(across);
+  if (vertex < plan_.to_original.size()) return;
+  to_decoder_[plan_.base.apex(across)] = vertex;
+  plan_.to_original.push_back(plan_.base.apex(across));
+}
+
+inline void PlanWriter::told_part(PacketPart part) {
+  const double now = encoder_.bits_written();
+  const double spent = now - counted_bits_;
+  counted_bits_ = now;
+  switch (part) {
+    case PacketPart::base: plan_.bits.base += spent; break;
+    case PacketPart::connectivity: plan_.bits.connectivity += spent; break;
+    case PacketPart::geometry: plan_.bits.geometry += spent; break;
+    case PacketPart::isolated: plan_.bits.isolated += spent; break;
+    case PacketPart::exactness: plan_.bits.exactness += spent; break;
+  }
+}
+
+}  // namespace pmcd::codec

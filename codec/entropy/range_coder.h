@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// Binary range coder (Martin 1979, in the carry-propagating form): 64-bit state, 32 bits out at a time. Encoder and
+// decoder of bits under AdaptiveBit models, of raw bits and of uniform numbers. The decoder reads zeros beyond the end
+// and counts them, so that damaged data end in an error and never in a wild read. It knows nothing of symbols.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/entropy/adaptive_bit.h"
+
+namespace pmcd::codec {
+
+class RangeEncoder {
+ public:
+  /// Appends to `out`, which must outlive the encoder and not be touched until finish().
+  explicit RangeEncoder(std::vector<std::byte>& out) : out_(out), start_(out.size()) {}
+
+  void bit(AdaptiveBit& model, bool value) {
+    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * model.p0();
+    if (value) {
+      add(bound);
+      range_ -= bound;
+    } else {
+      range_ = bound;
+    }
+    model.update(value);
+    if (range_ < kLeast) shift();
+  }
+
+  /// REQUIRES: count <= 32, value < 2^count.
+  void raw(std::uint32_t value, unsigned count) {
+    range_ >>= count;
+    add(range_ * value);
+    if (range_ < kLeast) shift();
+  }
+
+  /// A number below `count`, all equally likely. REQUIRES: value < count, count > 0.
+  void uniform(std::uint32_t value, std::uint32_t count) {
+    range_ /= count;
+    add(range_ * value);
+    if (range_ < kLeast) shift();
+  }
+
+  /// Ends the stream with as few bytes as tell it apart; nothing may follow.
+  void finish() {
+    // The number in [low, low + range) with the most zero bytes at its end.
+    for (unsigned bits = 64; bits > 0; bits -= 8) {
+      const std::uint64_t mask = ~std::uint64_t{0} >> (64 - bits);
+      const std::uint64_t distance = (0 - low_) & mask;
+      if (distance < range_) {
+        add(distance);
+        break;
+      }
+    }
+    for (int i = 0; i < 8 && low_ != 0; ++i) {
+      out_.push_back(static_cast<std::byte>(low_ >> 56));
+      low_ <<= 8;
+    }
+    while (out_.size() > start_ && out_.back() == std::byte{0}) out_.pop_back();
+  }
+
+  /// Bits written so far, including the fraction that still waits in the state.
+  [[nodiscard]] double bits_written() const {
+    const auto width = static_cast<int>(std::bit_width(range_));
+    const double fraction = static_cast<double>(range_) / static_cast<double>(std::uint64_t{1} << (width - 1)) - 1;
+    return 8.0 * static_cast<double>(out_.size() - start_) + 64 - (width - 1) - fraction;
+  }
+
+ private:
+  static constexpr std::uint64_t kLeast = std::uint64_t{1} << 32;
+
+  void add(std::uint64_t value) {
+    low_ += value;
+    if (low_ >= value) return;
+    // Carry: the bytes that are out already take it; there always is one below 0xFF.
+    for (std::size_t i = out_.size(); i-- > start_;) {
+      const auto byte = static_cast<unsigned>(out_[i]) + 1;
+      out_[i] = static_cast<std::byte>(byte & 0xFF);
+      if (byte <= 0xFF) return;
+    }
+  }
+
+  void shift() {
+    for (int i = 0; i < 4; ++i) out_.push_back(static_cast<std::byte>((low_ >> (56 - 8 * i)) & 0xFF));
+    low_ <<= 32;
+    range_ <<= 32;
+  }
+
+  std::vector<std::byte>& out_;
+  std::size_t start_;
+  std::uint64_t low_ = 0;
+  std::uint64_t range_ = ~std::uint64_t{0};
+};
+
+class RangeDecoder {
+ public:
+  /// `in` must outlive the decoder.
+  explicit RangeDecoder(std::span<const std::byte> in) : in_(in) {
+    take();
+    take();
+  }
+
+  bool bit(AdaptiveBit& model) {
+    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * model.p0();
+    const bool value = code_ >= bound;
+    if (value) {
+      code_ -= bound;
+      range_ -= bound;
+    } else {
+      range_ = bound;
+    }
+    model.update(value);
+    if (range_ < kLeast) shift();
+    return value;
+  }
+
+  /// REQUIRES: count <= 32.
+  std::uint32_t raw(unsigned count) {
+    range_ >>= count;
+    return number(count == 32 ? ~std::uint32_t{0} : (std::uint32_t{1} << count) - 1);
+  }
+
+  /// REQUIRES: count > 0. Always answers a number below count.
+  std::uint32_t uniform(std::uint32_t count) {
+    range_ /= count;
+    return number(count - 1);
+  }
+
+  /// Whether more was read than an honest stream can need: then what was decoded means nothing.
+  [[nodiscard]] bool overrun() const { return missing_ > 8; }
+  /// Whether every byte was consumed (REQUIRES that decoding is complete): an honest stream has no byte too many.
+  [[nodiscard]] bool at_end() const { return position_ == in_.size(); }
+
+ private:
+  static constexpr std::uint64_t kLeast = std::uint64_t{1} << 32;
+
+  std::uint32_t number(std::uint32_t most) {
+    std::uint64_t value = code_ / range_;
+    if (value > most) value = most;  // only in the sliver that division leaves, which no encoder uses
+    code_ -= value * range_;
+    if (range_ < kLeast) shift();
+    return static_cast<std::uint32_t>(value);
+  }
+
+  void shift() {
+    range_ <<= 32;
+    take();
+  }
+
+  void take() {
+    for (int i = 0; i < 4; ++i) {
+      code_ <<= 8;
+      if (position_ < in_.size()) {
+        code_ |= static_cast<std::uint64_t>(in_[position_++]);
+      } else {
+        ++missing_;
+      }
+    }
+  }
+
+  std::span<const std::byte> in_;
+  std::size_t position_ = 0;
+  std::size_t missing_ = 0;
+  std::uint64_t code_ = 0;
+  std::uint64_t range_ = ~std::uint64_t{0};
+};
+
+}  // namespace pmcd::codec

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "codec/mesh/halfedge_mesh.h"
+
+#include <string>
+#include <utility>
+
+#include "codec/mesh/edge_table.h"
+
+namespace pmcd::codec {
+namespace {
+
+std::string edge_text(std::uint32_t a, std::uint32_t b) {
+  return "the edge of vertices " + std::to_string(a) + " and " + std::to_string(b);
+}
+
+Status check_indices(std::span<const Face> faces, std::size_t vertex_count) {
+  if (faces.size() > kMaxFaces || vertex_count >= kNone) {
+    return Error{ErrorCode::mesh_too_large, 0, "a mesh may have at most 1.4 billion faces and 4.2 billion vertices"};
+  }
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const Face& face = faces[f];
+    for (std::uint32_t v : face) {
+      if (v >= vertex_count) {
+        return Error{ErrorCode::index_out_of_range, f,
+                     "face " + std::to_string(f) + " names vertex " + std::to_string(v) + " of " +
+                         std::to_string(vertex_count)};
+      }
+    }
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
+      return Error{ErrorCode::repeated_index_in_face, f, "face " + std::to_string(f) + " names a vertex twice"};
+    }
+  }
+  return {};
+}
+
+bool same_vertices(const Face& a, const Face& b) {
+  for (std::uint32_t v : a) {
+    if (v != b[0] && v != b[1] && v != b[2]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_t vertex_count) {
+  Status indices = check_indices(faces, vertex_count);
+  if (!indices) return indices.error();
+
+  HalfEdgeMesh mesh;
+  mesh.origin_.reserve(3 * faces.size());
+  mesh.face_valence_.assign(vertex_count, 0);
+  for (const Face& face : faces) {
+    for (std::uint32_t v : face) {
+      mesh.origin_.push_back(v);
+      ++mesh.face_valence_[v];
+    }
+  }
+  mesh.opposite_.assign(mesh.origin_.size(), kNone);
+  {
+    const EdgeTable edges(faces, vertex_count);
+    for (std::size_t e = 0; e < edges.edge_count(); ++e) {
+      const auto halfedges = edges.halfedges(e);
+      if (halfedges.size() == 1) continue;
+      const std::uint32_t a = halfedges[0];
+      const std::uint32_t b = halfedges[1];
+      if (same_vertices(faces[a / 3], faces[b / 3])) {
+        return Error{ErrorCode::duplicate_face, b / 3,
+                     "faces " + std::to_string(a / 3) + " and " + std::to_string(b / 3) + " have the same vertices"};
+      }
+      if (halfedges.size() > 2) {
+        return Error{ErrorCode::non_manifold_edge, halfedges[2] / 3,
+                     std::to_string(halfedges.size()) + " faces meet at " +
+                         edge_text(mesh.origin_[a], mesh.target(a))};
+      }
+      if (mesh.origin_[a] == mesh.origin_[b]) {
+        return Error{ErrorCode::opposing_faces, b / 3,
+                     "faces " + std::to_string(a / 3) + " and " + std::to_string(b / 3) +
+                         " are turned against each other at " + edge_text(mesh.origin_[a], mesh.target(a))};
+      }
+      mesh.link(a, b);
+    }
+  }
+  mesh.outgoing_.assign(vertex_count, kNone);
+  for (std::uint32_t h = 0; h < mesh.origin_.size(); ++h) {
+    std::uint32_t& outgoing = mesh.outgoing_[mesh.origin_[h]];
+    if (outgoing == kNone || mesh.opposite_[h] == kNone) outgoing = h;
+  }
+  // One fan a vertex: turning left from its outgoing half-edge must meet all its faces.
+  for (std::uint32_t v = 0; v < vertex_count; ++v) {
+    const std::uint32_t first = mesh.outgoing_[v];
+    if (first == kNone) continue;
+    std::uint32_t met = 0;
+    std::uint32_t h = first;
+    do {
+      ++met;
+      h = mesh.turn_left(h);
+    } while (h != kNone && h != first);
+    if (met != mesh.face_valence_[v]) {
+      return Error{ErrorCode::non_manifold_vertex, v,
+                   "the faces at vertex " + std::to_string(v) + " form more than one fan"};
+    }
+  }
+  return mesh;
+}
+
+bool HalfEdgeMesh::has_edge(std::uint32_t a, std::uint32_t b) const {
+  if (face_valence_[a] > face_valence_[b]) std::swap(a, b);
+  const std::uint32_t first = outgoing_[a];
+  if (first == kNone) return false;
+  std::uint32_t h = first;
+  for (;;) {
+    if (target(h) == b) return true;
+    const std::uint32_t left = turn_left(h);
+    if (left == first) return false;
+    if (left == kNone) return apex(h) == b;
+    h = left;
+  }
+}
+
+std::uint32_t HalfEdgeMesh::find_halfedge(std::uint32_t a, std::uint32_t b) const {
+  const std::uint32_t first = outgoing_[a];
+  if (first == kNone) return kNone;
+  std::uint32_t h = first;
+  do {
+    if (target(h) == b) return h;
+    h = turn_left(h);
+  } while (h != kNone && h != first);
+  return kNone;
+}
+
+void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
+  origin_.reserve(3 * std::size_t{faces});
+  opposite_.reserve(3 * std::size_t{faces});
+  outgoing_.reserve(vertices);
+  face_valence_.reserve(vertices);
+}
+
+std::uint32_t HalfEdgeMesh::add_vertex() {
+  outgoing_.push_back(kNone);
+  face_valence_.push_back(0);
+  return vertex_count() - 1;
+}
+
+std::uint32_t HalfEdgeMesh::add_face() {
+  origin_.resize(origin_.size() + 3, kNone);
+  opposite_.resize(opposite_.size() + 3, kNone);
+  return face_count() - 1;
+}
+
+}  // namespace pmcd::codec

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// Manifold, oriented triangle mesh with adjacency in flat arrays. Half-edge 3 f + c runs from corner c of face f to the
+// next corner; its face lies on its left. It holds no positions and takes no decisions; patches of it are rewritten by
+// conquest/patch.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/mesh/triangle_mesh.h"
+#include "codec/result.h"
+
+namespace pmcd::codec {
+
+inline constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kMaxFaces = kNone / 3 - 1;  ///< so that half-edges have 32-bit names
+
+class HalfEdgeMesh {
+ public:
+  HalfEdgeMesh() = default;
+
+  /// Checks that `faces` form an oriented manifold, with or without boundary, and links them. Vertices in no face stay
+  /// isolated. Errors: mesh_too_large, index_out_of_range, repeated_index_in_face, duplicate_face, non_manifold_edge,
+  /// opposing_faces, non_manifold_vertex. [linear; 28 bytes a face and 8 a vertex remain]
+  static Result<HalfEdgeMesh> build(std::span<const Face> faces, std::size_t vertex_count);
+
+  static std::uint32_t face_of(std::uint32_t h) { return h / 3; }
+  static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+  [[nodiscard]] std::uint32_t origin(std::uint32_t h) const { return origin_[h]; }
+  [[nodiscard]] std::uint32_t target(std::uint32_t h) const { return origin_[next(h)]; }
+  /// The third vertex of the half-edge's face: the front vertex, when the half-edge is a gate.
+  [[nodiscard]] std::uint32_t apex(std::uint32_t h) const { return origin_[prev(h)]; }
+  /// The same edge in the neighbouring face; kNone at the boundary.
+  [[nodiscard]] std::uint32_t opposite(std::uint32_t h) const { return opposite_[h]; }
+  /// A half-edge that leaves v: at the boundary the one whose opposite is missing, so that turning left from it meets
+  /// all faces of v. kNone for an isolated vertex.
+  [[nodiscard]] std::uint32_t outgoing(std::uint32_t v) const { return outgoing_[v]; }
+  /// Number of faces at v.
+  [[nodiscard]] std::uint32_t face_valence(std::uint32_t v) const { return face_valence_[v]; }
+  /// REQUIRES: v is not isolated.
+  [[nodiscard]] bool is_boundary(std::uint32_t v) const { return opposite_[outgoing_[v]] == kNone; }
+  /// The next half-edge that leaves origin(h), turning left; kNone at the boundary.
+  [[nodiscard]] std::uint32_t turn_left(std::uint32_t h) const { return opposite_[prev(h)]; }
+
+  /// Whether a and b share an edge. [the smaller of their valences]
+  [[nodiscard]] bool has_edge(std::uint32_t a, std::uint32_t b) const;
+  /// The half-edge from a to b, kNone if there is none. [valence of a]
+  [[nodiscard]] std::uint32_t find_halfedge(std::uint32_t a, std::uint32_t b) const;
+
+  /// Calls visit(neighbour) for each neighbour of v, counter-clockwise. [valence of v]
+  template <typename Visit>
+  void for_each_neighbour(std::uint32_t v, Visit&& visit) const {
+    const std::uint32_t first = outgoing_[v];
+    if (first == kNone) return;
+    std::uint32_t h = first;
+    for (;;) {
+      visit(target(h));
+      const std::uint32_t left = turn_left(h);
+      if (left == first) return;
+      if (left == kNone) {
+        visit(apex(h));
+        return;
+      }
+      h = left;
+    }
+  }
+
+  [[nodiscard]] std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(outgoing_.size()); }
+  [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(origin_.size() / 3); }
+  [[nodiscard]] Face face(std::uint32_t f) const { return {origin_[3 * f], origin_[3 * f + 1], origin_[3 * f + 2]}; }
+
+  // Mutation, for conquest/patch.h. It leaves the mesh whole only when the links fit together again.
+
+  void reserve(std::uint32_t vertices, std::uint32_t faces);
+  /// A new isolated vertex.
+  std::uint32_t add_vertex();
+  /// A new face slot; its content is undefined until set_face.
+  std::uint32_t add_face();
+  void set_face(std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    origin_[3 * f] = a;
+    origin_[3 * f + 1] = b;
+    origin_[3 * f + 2] = c;
+  }
+  /// Frees a slot: its corners become kNone. The slot is not given out again.
+  void free_face(std::uint32_t f) { set_face(f, kNone, kNone, kNone); }
+  [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return origin_[3 * f] == kNone; }
+  /// Makes a and b opposites; b may be kNone.
+  void link(std::uint32_t a, std::uint32_t b) {
+    opposite_[a] = b;
+    if (b != kNone) opposite_[b] = a;
+  }
+  void set_outgoing(std::uint32_t v, std::uint32_t h) { outgoing_[v] = h; }
+  void change_face_valence(std::uint32_t v, int by) {
+    face_valence_[v] = static_cast<std::uint32_t>(static_cast<std::int64_t>(face_valence_[v]) + by);
+  }
+
+ private:
+  std::vector<std::uint32_t> origin_;
+  std::vector<std::uint32_t> opposite_;
+  std::vector<std::uint32_t> outgoing_;
+  std::vector<std::uint32_t> face_valence_;
+};
+
+}  // namespace pmcd::codec

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// Where decisions come from. Every decoding function takes a Source: the reader answers from a packet, the writer
+// (encoder/plan_writer.h) answers from the encoder's records and writes what it answers. So there is one walk, one
+// context and one prediction for both directions.
+//
+// A Source has
+//   bool bit(AdaptiveBit&, bool value)          one decision under a model
+//   uint32 raw(uint32 value, unsigned count)    count <= 32 bits without a model
+//   uint32 uniform(uint32 value, uint32 count)  a number below count (count < 2^24)
+//   bool failed()                               nothing read from here on means anything
+// where `value` is what the encoder wants; the reader ignores it and every call answers what holds. And it has the
+// wanted_...() questions, by which the shared functions ask the encoder what it wants, and the told_...() calls, by which
+// they tell it how the decoder numbers things. To the reader these mean nothing.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "codec/conquest/conquest.h"
+#include "codec/entropy/range_coder.h"
+#include "codec/lattice/lattice.h"
+
+namespace pmcd::codec {
+
+/// What lies beyond a half-edge of the growing base mesh.
+struct BaseStep {
+  enum class Kind : std::uint8_t { boundary, known_vertex, new_vertex };
+  Kind kind = Kind::boundary;
+  std::uint32_t vertex = 0;  ///< decoder's number, for known_vertex
+};
+
+/// What a stretch of a packet is about, for the encoder's account of bits.
+enum class PacketPart : std::uint8_t { base, connectivity, geometry, isolated, exactness };
+
+class PacketReader {
+ public:
+  explicit PacketReader(std::span<const std::byte> coded) : decoder_(coded) {}
+
+  bool bit(AdaptiveBit& model, bool /*value*/) { return decoder_.bit(model); }
+  std::uint32_t raw(std::uint32_t /*value*/, unsigned count) { return count == 0 ? 0 : decoder_.raw(count); }
+  std::uint32_t uniform(std::uint32_t /*value*/, std::uint32_t count) { return decoder_.uniform(count); }
+  [[nodiscard]] bool failed() const { return decoder_.overrun(); }
+  [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
+
+  [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }
+  [[nodiscard]] bool wanted_cleaning() const { return false; }
+  [[nodiscard]] Symbol wanted_symbol() const { return kNull; }
+  [[nodiscard]] LatticePoint wanted_point(std::uint32_t /*vertex*/) const { return {}; }
+  [[nodiscard]] std::uint32_t wanted_components() const { return 0; }
+  [[nodiscard]] BaseStep wanted_beyond(std::uint32_t /*halfedge*/) const { return {}; }
+  [[nodiscard]] std::uint32_t wanted_isolated() const { return 0; }
+  [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t /*k*/) const { return {}; }
+  [[nodiscard]] bool wanted_exactness() const { return false; }
+  [[nodiscard]] double wanted_bound(std::size_t /*axis*/, bool /*upper*/) const { return 0; }
+  [[nodiscard]] double wanted_exact(std::uint32_t /*vertex*/, std::size_t /*axis*/) const { return 0; }
+  void told_pass(std::uint32_t /*pass*/) {}
+  void told_inserted(std::uint32_t /*vertex*/) {}
+  void told_component(std::uint32_t /*component*/, std::uint32_t /*first_vertex*/, std::uint32_t /*face*/) {}
+  void told_face(std::uint32_t /*beyond*/, std::uint32_t /*face*/, std::uint32_t /*vertex*/) {}
+  void told_isolated(std::uint32_t /*k*/, std::uint32_t /*vertex*/) {}
+  void told_part(PacketPart /*what was coded since the last call*/) {}
+
+ private:
+  RangeDecoder decoder_;
+};
+
+}  // namespace pmcd::codec
