@@ -49,7 +49,8 @@ Status decode_payload(LevelState& state, const PacketHeader& header, std::span<c
   if (status) status = code_exactness(state, reader);
   if (!status) return status;
   if (state.exact.empty() != (!state.lossless || !header.last || header.vertices == 0)) {
-    return Error{ErrorCode::corrupt_data, 6, "exactness belongs into the last packet of a lossless mesh, and only there"};
+    return Error{ErrorCode::corrupt_data, 6,
+                 "exactness belongs into the last packet of a lossless mesh, and only there"};
   }
   if (reader.failed()) return Error{ErrorCode::corrupt_data, payload.size(), "the payload ends too early"};
   if (!reader.at_end()) return Error{ErrorCode::corrupt_data, payload.size(), "the payload has bytes too many"};
@@ -95,14 +96,20 @@ Result<Level> Decoder::apply(std::span<const std::byte> packet) {
   return level();
 }
 
-bool Decoder::has_level() const { return state_ != nullptr; }
+bool Decoder::has_level() const {
+  return state_ != nullptr;
+}
 
 Level Decoder::level() const {
   return {state_->level, state_->mesh.vertex_count(), state_->mesh.face_count(), state_->last};
 }
 
-const Lattice& Decoder::lattice() const { return state_->lattice; }
+const Lattice& Decoder::lattice() const {
+  return state_->lattice;
+}
 
-TriangleMesh Decoder::mesh() const { return to_triangle_mesh(*state_); }
+TriangleMesh Decoder::mesh() const {
+  return to_triangle_mesh(*state_);
+}
 
 }  // namespace pmcd::codec

@@ -48,11 +48,11 @@ struct BitReport {
 };
 
 struct EncodeReport {
-  std::uint32_t components = 0;   ///< with faces; isolated vertices are counted apart
+  std::uint32_t components = 0;  ///< with faces; isolated vertices are counted apart
   std::uint32_t isolated_vertices = 0;
   std::uint32_t boundary_edges = 0;
   std::uint32_t passes = 0;
-  std::uint64_t gates = 0;        ///< gates with a symbol, over all passes
+  std::uint64_t gates = 0;  ///< gates with a symbol, over all passes
   BitReport bits;
 };
 

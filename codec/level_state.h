@@ -28,10 +28,10 @@ struct Models {
 struct LevelState {
   Lattice lattice;
   bool lossless = false;
-  HalfEdgeMesh mesh;                ///< isolated vertices are vertices without a half-edge
+  HalfEdgeMesh mesh;                 ///< isolated vertices are vertices without a half-edge
   std::vector<LatticePoint> points;  ///< by vertex
-  std::vector<Position> exact;      ///< by vertex, once the exactness section was applied; else empty
-  std::vector<Seed> seeds;          ///< one a component
+  std::vector<Position> exact;       ///< by vertex, once the exactness section was applied; else empty
+  std::vector<Seed> seeds;           ///< one a component
   Models models;
   Predictor predictor;
 

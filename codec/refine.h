@@ -4,6 +4,10 @@
 // what a packet can get wrong; they do not look at headers.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <utility>
+
 #include "codec/conquest/conquest.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
@@ -29,18 +33,17 @@ class InsertingDriver {
     const Symbol wanted = source_.wanted_symbol();
     HalfEdgeMesh& mesh = state_.mesh;
     SymbolModel& model = state_.models.symbol;
-    const Symbol symbol =
-        kind_ == PassKind::decimating
-            ? model.code_decimating(source_, mesh, marks_, gate, tag_s, tag_t, wanted, patch)
-            : model.code_cleaning(source_, mesh, marks_, gate, wanted, patch);
+    const Symbol symbol = kind_ == PassKind::decimating
+                              ? model.code_decimating(source_, mesh, marks_, gate, tag_s, tag_t, wanted, patch)
+                              : model.code_cleaning(source_, mesh, marks_, gate, wanted, patch);
     if (symbol == kNull || symbol == kImpossible) return symbol;
-    if (mesh.vertex_count() >= bounds_.vertices || mesh.face_count() + 2 > bounds_.faces + (patch.is_border() ? 1 : 0)) {
+    if (mesh.vertex_count() >= bounds_.vertices ||
+        mesh.face_count() + 2 > bounds_.faces + (patch.is_border() ? 1 : 0)) {
       return kImpossible;
     }
-    const Triangulation& triangulation =
-        kind_ == PassKind::cleaning ? interior_triangulation(3, Tag::plus, Tag::minus)
-        : patch.is_border()         ? border_triangulation(patch.size, patch.closing, tag_t)
-                                    : interior_triangulation(patch.size, tag_s, tag_t);
+    const Triangulation& triangulation = kind_ == PassKind::cleaning ? interior_triangulation(3, Tag::plus, Tag::minus)
+                                         : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
+                                                             : interior_triangulation(patch.size, tag_s, tag_t);
     std::array<std::int64_t, 3> sum{};
     for (std::uint32_t v : patch.ring_vertices()) {
       for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += state_.points[v][axis];
@@ -117,6 +120,7 @@ Status code_pass(LevelState& state, Marks& marks, PassKind kind, const LevelBoun
   }
   source.told_part(PacketPart::connectivity);
   const std::uint32_t after = state.mesh.vertex_count();
+  if (after == before) return Error{ErrorCode::corrupt_data, before, "a pass that inserts nothing"};
   state.predictor.resize(after);
   for (std::uint32_t v = before; v < after; ++v) {
     const Expectation expected = state.predictor.expect(state.mesh, state.points, v);
@@ -132,11 +136,15 @@ Status code_pass(LevelState& state, Marks& marks, PassKind kind, const LevelBoun
   return {};
 }
 
+/// A pass may cost next to no bits but costs a walk over the mesh: so their number is bounded, and each must insert.
+inline constexpr std::uint32_t kMaxPasses = 1024;
+
 /// The passes of a refinement packet, coarse to fine. Errors: corrupt_data.
 template <typename Source>
 Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source) {
   Marks marks;
   const std::uint32_t passes = source.raw(source.wanted_passes(), 16);
+  if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     source.told_pass(pass);
     const bool cleaning = source.raw(source.wanted_cleaning() ? 1 : 0, 1) != 0;

@@ -9,8 +9,8 @@
 //   uint32 uniform(uint32 value, uint32 count)  a number below count (count < 2^24)
 //   bool failed()                               nothing read from here on means anything
 // where `value` is what the encoder wants; the reader ignores it and every call answers what holds. And it has the
-// wanted_...() questions, by which the shared functions ask the encoder what it wants, and the told_...() calls, by which
-// they tell it how the decoder numbers things. To the reader these mean nothing.
+// wanted_...() questions, by which the shared functions ask the encoder what it wants, and the told_...() calls, by
+// which they tell it how the decoder numbers things. To the reader these mean nothing.
 #pragma once
 
 #include <cstddef>

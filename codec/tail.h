@@ -4,8 +4,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <string>
+#include <cmath>
 
 #include "codec/lattice/ordered_float.h"
 #include "codec/level_state.h"
@@ -93,7 +94,8 @@ Status code_exactness(LevelState& state, Source& source) {
   for (std::uint32_t v = 0; v < state.points.size(); ++v) {
     Position position{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const OrderedRange run = floats_in_cell(state.lattice, static_cast<int>(axis), state.points[v][axis], bounds[axis]);
+      const OrderedRange run =
+          floats_in_cell(state.lattice, static_cast<int>(axis), state.points[v][axis], bounds[axis]);
       if (source.failed() || run.last < run.first) return corrupt;
       const std::uint64_t count = static_cast<std::uint64_t>(run.last) - static_cast<std::uint64_t>(run.first) + 1;
       const std::uint64_t wanted = static_cast<std::uint64_t>(to_ordered(source.wanted_exact(v, axis), scalar)) -

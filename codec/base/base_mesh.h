@@ -29,10 +29,10 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
   const Error corrupt{ErrorCode::corrupt_data, 0, "the base mesh contradicts itself"};
 
   std::vector<Face> faces;
-  std::vector<std::uint8_t> closed;        // by half-edge: has its opposite, or is boundary
-  std::vector<std::uint32_t> first_from;   // by vertex: head of the list of half-edges that leave it
-  std::vector<std::uint32_t> next_from;    // by half-edge
-  std::vector<Reference> reference;        // by vertex
+  std::vector<std::uint8_t> closed;       // by half-edge: has its opposite, or is boundary
+  std::vector<std::uint32_t> first_from;  // by vertex: head of the list of half-edges that leave it
+  std::vector<std::uint32_t> next_from;   // by half-edge
+  std::vector<Reference> reference;       // by vertex
   std::vector<std::uint32_t> queue;
   AdaptiveBit is_boundary;
   AdaptiveBit is_new;
@@ -71,7 +71,8 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
   if (components > max_faces) return corrupt;
   for (std::uint32_t component = 0; component < components; ++component) {
     const auto first = static_cast<std::uint32_t>(reference.size());
-    if (faces.size() == max_faces || max_vertices - first < 3 || first > max_vertices || source.failed()) return corrupt;
+    if (faces.size() == max_faces || max_vertices - first < 3 || first > max_vertices || source.failed())
+      return corrupt;
     add_vertex({kNone, kNone, kNone});
     add_vertex({first, first, first});
     add_vertex({first, first + 1, kNone});

@@ -32,10 +32,10 @@ struct Seed {
 
 /// What a pass remembers of the mesh; cleared at its start, kept from pass to pass for its memory.
 struct Marks {
-  std::vector<std::uint8_t> face;      ///< not 0: conquered
+  std::vector<std::uint8_t> face;       ///< not 0: conquered
   std::vector<std::uint8_t> conquered;  ///< by vertex
-  std::vector<Tag> tag;                ///< by vertex
-  std::vector<std::uint32_t> queue;    ///< gates, first in first out
+  std::vector<Tag> tag;                 ///< by vertex
+  std::vector<std::uint32_t> queue;     ///< gates, first in first out
 
   void clear(const HalfEdgeMesh& mesh) {
     face.assign(mesh.face_count(), 0);
@@ -95,9 +95,8 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
       for (unsigned i = 0; i < patch.slot_count; ++i) marks.face[patch.slots[i]] = 1;
       for (std::uint32_t v : patch.ring_vertices()) marks.conquered[v] = 1;
       if (kind == PassKind::decimating) {
-        const Triangulation& triangulation =
-            patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
-                              : interior_triangulation(patch.size, tag_s, tag_t);
+        const Triangulation& triangulation = patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
+                                                               : interior_triangulation(patch.size, tag_s, tag_t);
         for (unsigned i = 0; i < patch.size; ++i) {
           Tag& tag = marks.tag[patch.ring[i]];
           if (tag == Tag::none) tag = triangulation.tag[i];

@@ -80,11 +80,12 @@ bool collect_star(const HalfEdgeMesh& mesh, std::uint32_t gate, Patch& patch) {
   if (!border) return true;
   const bool s_on_boundary = mesh.is_boundary(mesh.origin(gate));
   const bool t_on_boundary = mesh.is_boundary(mesh.target(gate));
-  return patch.closing == border_closing_edge(patch.size, s_on_boundary, t_on_boundary) && only_ends_on_boundary(mesh, patch);
+  return patch.closing == border_closing_edge(patch.size, s_on_boundary, t_on_boundary) &&
+         only_ends_on_boundary(mesh, patch);
 }
 
-bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation,
-                     unsigned closing, std::span<const std::uint8_t> face_marks, Patch& patch) {
+bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation, unsigned closing,
+                     std::span<const std::uint8_t> face_marks, Patch& patch) {
   patch.size = triangulation.size;
   patch.closing = closing;
   patch.centre = kNone;

@@ -14,10 +14,10 @@
 namespace pmcd::codec {
 
 struct Patch {
-  unsigned size = 0;               ///< ring vertices, 3 to 6
-  unsigned closing = kNoClosing;   ///< border patch: the ring edge between the two border neighbours
-  std::uint32_t centre = kNone;    ///< the vertex removed or inserted; kNone while there is none
-  std::array<std::uint32_t, kMaxPatchSize> ring{};     ///< counter-clockwise, 0 = target of the gate
+  unsigned size = 0;                                ///< ring vertices, 3 to 6
+  unsigned closing = kNoClosing;                    ///< border patch: the ring edge between the two border neighbours
+  std::uint32_t centre = kNone;                     ///< the vertex removed or inserted; kNone while there is none
+  std::array<std::uint32_t, kMaxPatchSize> ring{};  ///< counter-clockwise, 0 = target of the gate
   std::array<std::uint32_t, kMaxPatchSize> outside{};  ///< half-edge across ring edge i, kNone at the boundary
   std::array<std::uint32_t, kMaxPatchSize> slots{};    ///< face slots that the patch takes
   unsigned slot_count = 0;
@@ -35,8 +35,8 @@ bool collect_star(const HalfEdgeMesh& mesh, std::uint32_t gate, Patch& patch);
 /// The polygon that `triangulation` describes, as it lies before the gate; every face of it must
 /// be unconquered (0 in `face_marks`). For a border patch `closing` names the ring edge that must be boundary.
 /// False: the faces, edges or vertices do not fit (a decoder then knows that the symbol is impossible). [constant]
-bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation,
-                     unsigned closing, std::span<const std::uint8_t> face_marks, Patch& patch);
+bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation, unsigned closing,
+                     std::span<const std::uint8_t> face_marks, Patch& patch);
 
 /// Star -> polygon: the centre becomes isolated, one or two slots are freed. REQUIRES: collect_star's patch.
 void remove_centre(HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation);

@@ -31,7 +31,8 @@ class SymbolModel {
 
     const std::uint32_t front = mesh.apex(gate);
     const std::size_t front_state =
-        marks.conquered[front] == 0 ? 0 : (marks.tag[front] == Tag::plus ? 1u : (marks.tag[front] == Tag::minus ? 2u : 3u));
+        marks.conquered[front] == 0 ? 0
+                                    : (marks.tag[front] == Tag::plus ? 1u : (marks.tag[front] == Tag::minus ? 2u : 3u));
     const std::size_t beside = beside_context(mesh, marks, gate);
     const std::size_t gain = gain_context(best);
     if (source.bit(null_[tags][front_state][beside][gain], wanted == kNull)) return kNull;
@@ -40,7 +41,8 @@ class SymbolModel {
       const Symbol symbol = candidates.symbol[i];
       const bool only_one_left = i + 1 == candidates.count;
       const std::size_t kind = symbol >= kBorder ? 4u : symbol - 3u;
-      if (only_one_left || source.bit(take_[tags][kind][gain_context(candidates.gain[i])][front_state], wanted == symbol)) {
+      if (only_one_left ||
+          source.bit(take_[tags][kind][gain_context(candidates.gain[i])][front_state], wanted == symbol)) {
         patch = candidates.patch[i];
         return symbol;
       }
@@ -71,9 +73,7 @@ class SymbolModel {
     std::array<int, 6> gain{};  // change of the sum of |valence - 6| over the ring if this patch is opened
   };
 
-  static std::size_t tag_context(Tag s, Tag t) {
-    return (s == Tag::plus ? 2u : 0u) + (t == Tag::plus ? 1u : 0u);
-  }
+  static std::size_t tag_context(Tag s, Tag t) { return (s == Tag::plus ? 2u : 0u) + (t == Tag::plus ? 1u : 0u); }
 
   static std::size_t gain_context(int gain) { return static_cast<std::size_t>(std::clamp(gain, -4, 4) + 4); }
 

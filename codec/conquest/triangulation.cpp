@@ -74,10 +74,14 @@ const Triangulation& interior_triangulation(unsigned size, Tag tag_s, Tag tag_t)
   const bool both_plus = tag_s == kP && tag_t == kP;
   const bool s_shrinks = tag_s == kM && tag_t == kP;
   switch (size) {
-    case 3: return both_plus ? kThreeMinus : kThreePlus;
-    case 4: return both_plus || s_shrinks ? kFourT : kFourS;
-    case 5: return both_plus ? kFiveBoth : (s_shrinks ? kFiveT : kFiveS);
-    default: return both_plus || s_shrinks ? kSixT : kSixS;
+    case 3:
+      return both_plus ? kThreeMinus : kThreePlus;
+    case 4:
+      return both_plus || s_shrinks ? kFourT : kFourS;
+    case 5:
+      return both_plus ? kFiveBoth : (s_shrinks ? kFiveT : kFiveS);
+    default:
+      return both_plus || s_shrinks ? kSixT : kSixS;
   }
 }
 

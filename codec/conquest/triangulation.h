@@ -14,8 +14,8 @@ inline constexpr unsigned kMaxPatchSize = 6;
 /// What a vertex wishes for its valence while patches around it are cut: plus may grow, minus should shrink.
 enum class Tag : std::uint8_t { none = 0, plus = 1, minus = 2 };
 
-/// Ring vertices are numbered counter-clockwise from the gate s -> t: 0 = t, 1, ..., size - 1 = s. Ring edge i runs from
-/// vertex i to vertex i + 1; the last one is the gate.
+/// Ring vertices are numbered counter-clockwise from the gate s -> t: 0 = t, 1, ..., size - 1 = s. Ring edge i runs
+/// from vertex i to vertex i + 1; the last one is the gate.
 struct Triangulation {
   struct Step {
     std::uint8_t from_triangle = 0;  ///< a triangle placed before ...

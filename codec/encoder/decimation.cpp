@@ -10,6 +10,8 @@ namespace {
 constexpr std::uint32_t kSmallBase = 24;
 // A pass that removes less than this share of the vertices has stalled.
 constexpr double kStall = 0.08;
+// Far more than a shrinking mesh needs (0.92^400 is 10^-15), fewer than a packet may hold.
+constexpr std::size_t kMaxPassesDown = 400;
 
 // The conquest's driver on the encoder's side: asks what may go, takes it out, writes it down.
 class RemovingDriver {
@@ -29,10 +31,9 @@ class RemovingDriver {
     if (marks_.conquered[mesh_.apex(gate)] != 0 || !collect_star(mesh_, gate, patch)) return kNull;
     const bool cleaning = record_.kind == PassKind::cleaning;
     if (cleaning && (patch.size != 3 || patch.is_border())) return kNull;
-    const Triangulation& triangulation =
-        cleaning            ? interior_triangulation(3, Tag::plus, Tag::minus)
-        : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
-                            : interior_triangulation(patch.size, tag_s, tag_t);
+    const Triangulation& triangulation = cleaning            ? interior_triangulation(3, Tag::plus, Tag::minus)
+                                         : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
+                                                             : interior_triangulation(patch.size, tag_s, tag_t);
     if (!keeps_manifold(mesh_, patch, triangulation) || !keeps_shape(points_, patch, triangulation, limits_)) {
       return kNull;
     }
@@ -104,6 +105,8 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
       continue;
     }
     kind = PassKind::decimating;
+    // The last few vertices may go one by one for a while; a decoder accepts only so many passes.
+    if (passes.size() >= kMaxPassesDown) break;
     const bool stalled = removed_by_pair < kStall * (left + removed_by_pair);
     if (stalled && limited) {
       limits = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The encoder's way down: conquest after conquest takes vertices out until the base mesh stands, and what was decided is
-// recorded for replay in the other direction. It measures and codes nothing.
+// The encoder's way down: conquest after conquest takes vertices out until the base mesh stands, and what was decided
+// is recorded for replay in the other direction. It measures and codes nothing.
 #pragma once
 
 #include <cstdint>

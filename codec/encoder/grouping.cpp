@@ -8,7 +8,7 @@ namespace {
 
 // One pass takes out a quarter to a third, so groups of two passes grow 1.8 to 2.2 times.
 constexpr double kUsualGrowth = 1.75;
-// A remainder at the coarse end joins its neighbour if the level still grows no more than this.
+// No level grows by more than this, unless a single pass does.
 constexpr double kMostGrowth = 2.8;
 
 // The n-th root of x >= 1 by bisection: no libm function decides what is in a stream.
@@ -38,6 +38,11 @@ std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<c
   double level_end = vertices_after.back();
   std::uint32_t in_group = 0;
   for (std::size_t pass = vertices_after.size(); pass-- > 0;) {
+    if (in_group > 0 && !most_packets && level_end > kMostGrowth * before(pass)) {
+      groups.push_back(in_group);
+      in_group = 0;
+      level_end = vertices_after[pass];
+    }
     ++in_group;
     if (level_end < growth * before(pass)) continue;
     groups.push_back(in_group);

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "codec/encoder/decimation.h"
 #include "codec/encoder.h"
+#include "codec/encoder/decimation.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "codec/source.h"
 
@@ -20,9 +20,9 @@ namespace pmcd::codec {
 struct EncodingPlan {
   const TriangleMesh* original = nullptr;
   std::vector<LatticePoint> points;
-  HalfEdgeMesh base;                       ///< what decimation left
+  HalfEdgeMesh base;  ///< what decimation left
   std::vector<Seed> seeds;
-  std::vector<std::uint32_t> isolated;     ///< in the order in which they are coded
+  std::vector<std::uint32_t> isolated;  ///< in the order in which they are coded
   Position box_min{};
   Position box_max{};
 
@@ -60,7 +60,9 @@ class PlanWriter {
     const auto& symbols = passes_[pass_].symbols;
     return next_symbol_ < symbols.size() ? symbols[next_symbol_++] : kImpossible;
   }
-  [[nodiscard]] LatticePoint wanted_point(std::uint32_t vertex) const { return plan_.points[plan_.to_original[vertex]]; }
+  [[nodiscard]] LatticePoint wanted_point(std::uint32_t vertex) const {
+    return plan_.points[plan_.to_original[vertex]];
+  }
   [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(plan_.seeds.size()); }
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const;
   [[nodiscard]] std::uint32_t wanted_isolated() const {
@@ -80,9 +82,7 @@ class PlanWriter {
     next_symbol_ = 0;
     next_removed_ = 0;
   }
-  void told_inserted(std::uint32_t /*vertex*/) {
-    plan_.to_original.push_back(passes_[pass_].removed[next_removed_++]);
-  }
+  void told_inserted(std::uint32_t /*vertex*/) { plan_.to_original.push_back(passes_[pass_].removed[next_removed_++]); }
   void told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t face);
   void told_face(std::uint32_t beyond, std::uint32_t face, std::uint32_t vertex);
   void told_isolated(std::uint32_t k, std::uint32_t /*vertex*/) { plan_.to_original.push_back(plan_.isolated[k]); }
@@ -103,8 +103,8 @@ class PlanWriter {
   std::size_t next_symbol_ = 0;
   std::size_t next_removed_ = 0;
   double counted_bits_ = 0;
-  std::vector<std::uint32_t> base_first_;    ///< by decoder face: the base's half-edge that is its first
-  std::vector<std::uint32_t> to_decoder_;    ///< by original vertex, of the base
+  std::vector<std::uint32_t> base_first_;  ///< by decoder face: the base's half-edge that is its first
+  std::vector<std::uint32_t> to_decoder_;  ///< by original vertex, of the base
 };
 
 inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
@@ -141,11 +141,21 @@ inline void PlanWriter::told_part(PacketPart part) {
   const double spent = now - counted_bits_;
   counted_bits_ = now;
   switch (part) {
-    case PacketPart::base: plan_.bits.base += spent; break;
-    case PacketPart::connectivity: plan_.bits.connectivity += spent; break;
-    case PacketPart::geometry: plan_.bits.geometry += spent; break;
-    case PacketPart::isolated: plan_.bits.isolated += spent; break;
-    case PacketPart::exactness: plan_.bits.exactness += spent; break;
+    case PacketPart::base:
+      plan_.bits.base += spent;
+      break;
+    case PacketPart::connectivity:
+      plan_.bits.connectivity += spent;
+      break;
+    case PacketPart::geometry:
+      plan_.bits.geometry += spent;
+      break;
+    case PacketPart::isolated:
+      plan_.bits.isolated += spent;
+      break;
+    case PacketPart::exactness:
+      plan_.bits.exactness += spent;
+      break;
   }
 }
 

@@ -11,7 +11,9 @@
 namespace pmcd::codec {
 namespace {
 
-Error broken(const std::string& what) { return {ErrorCode::internal_error, 0, "the encoder's proof failed: " + what}; }
+Error broken(const std::string& what) {
+  return {ErrorCode::internal_error, 0, "the encoder's proof failed: " + what};
+}
 
 bool same_bits(const Position& a, const Position& b) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -57,7 +59,8 @@ Status prove(std::span<const EncodedPacket> packets, const TriangleMesh& origina
     decoded = decoder.mesh();
   }
   const std::size_t count = original.positions.size();
-  if (decoded.positions.size() != count || to_original.size() != count || decoded.faces.size() != original.faces.size()) {
+  if (decoded.positions.size() != count || to_original.size() != count ||
+      decoded.faces.size() != original.faces.size()) {
     return broken("counts differ");
   }
   std::vector<std::uint8_t> met(count, 0);

@@ -15,7 +15,7 @@ constexpr double kSmallest = 1e-6;
 struct Around {
   Vec neighbour_sum;  // of its neighbours but the centre
   double neighbours = 0;
-  Vec normal;         // area-weighted
+  Vec normal;  // area-weighted
 };
 
 Around look_around(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t v,
@@ -88,7 +88,9 @@ void Predictor::Fit::solve() {
   weight = solution;
 }
 
-void Predictor::resize(std::size_t count) { spread_.resize(count); }
+void Predictor::resize(std::size_t count) {
+  spread_.resize(count);
+}
 
 Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
                               std::uint32_t centre) const {
@@ -196,7 +198,8 @@ void Predictor::learn(const Expectation& e, std::uint32_t centre, const LatticeP
     const double value = 0.5 * seen + 0.5 * around;
     return static_cast<float>(value < 1e-4 ? 1e-4 : (value > 4 ? 4 : value));
   };
-  spread_[centre] = {blend(tangential / e.radius, e.neighbour_tangential), blend(across / e.radius, e.neighbour_across)};
+  spread_[centre] = {blend(tangential / e.radius, e.neighbour_tangential),
+                     blend(across / e.radius, e.neighbour_across)};
 }
 
 }  // namespace pmcd::codec

@@ -20,17 +20,17 @@ inline constexpr std::size_t kFeatures = 3;
 
 /// What is seen of a vertex before its position is known.
 struct Expectation {
-  Vec position;              ///< the prediction, unbounded
-  Vec normal;                ///< unit length, or zero when the ring has no area
-  double tangential = 1;     ///< expected spread within the surface, lattice units
-  double across = 1;         ///< expected spread along the normal
+  Vec position;           ///< the prediction, unbounded
+  Vec normal;             ///< unit length, or zero when the ring has no area
+  double tangential = 1;  ///< expected spread within the surface, lattice units
+  double across = 1;      ///< expected spread along the normal
   // What learn() needs again.
-  Vec mean;                  ///< the first guess, to which the features are offsets
+  Vec mean;  ///< the first guess, to which the features are offsets
   std::array<Vec, kFeatures> feature{};
-  double radius = 0;         ///< mean distance of the ring from the first guess
+  double radius = 0;  ///< mean distance of the ring from the first guess
   double neighbour_tangential = 0;
   double neighbour_across = 0;
-  std::size_t group = 0;     ///< of patches that share their weights
+  std::size_t group = 0;  ///< of patches that share their weights
 };
 
 class Predictor {

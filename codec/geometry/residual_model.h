@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One lattice coordinate, given a real-valued expectation and a spread: an integer coded under models that are chosen by
-// the spread (half octaves) and learn the rest. Wide spreads code their leading bits under models and the noise below
-// raw. It does not predict; predictor.h does.
+// One lattice coordinate, given a real-valued expectation and a spread: an integer coded under models that are chosen
+// by the spread (half octaves) and learn the rest. Wide spreads code their leading bits under models and the noise
+// below raw. It does not predict; predictor.h does.
 #pragma once
 
 #include <array>
@@ -33,7 +33,8 @@ class ResidualModel {
     if (spread_class < 0) spread_class = 0;
     if (spread_class >= kClasses) spread_class = kClasses - 1;
     Models& models = models_[static_cast<std::size_t>(spread_class)];
-    const std::size_t side = fraction < -0.3 ? 0 : (fraction < -0.1 ? 1 : (fraction < 0.1 ? 2 : (fraction < 0.3 ? 3 : 4)));
+    const std::size_t side =
+        fraction < -0.3 ? 0 : (fraction < -0.1 ? 1 : (fraction < 0.1 ? 2 : (fraction < 0.3 ? 3 : 4)));
 
     // The lowest bits of a wide residual are noise: a bin of 2^shift is about a tenth of the spread.
     const int octave = (spread_class - kLowest) / 2;

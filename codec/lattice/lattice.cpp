@@ -69,7 +69,9 @@ std::int32_t Lattice::snap(double coordinate, int axis) const {
   return static_cast<std::int32_t>(index);
 }
 
-LatticePoint Lattice::snap(const Position& p) const { return {snap(p[0], 0), snap(p[1], 1), snap(p[2], 2)}; }
+LatticePoint Lattice::snap(const Position& p) const {
+  return {snap(p[0], 0), snap(p[1], 1), snap(p[2], 2)};
+}
 
 Position Lattice::position(const LatticePoint& p) const {
   Position result{};

@@ -21,9 +21,9 @@ Status check_indices(std::span<const Face> faces, std::size_t vertex_count) {
     const Face& face = faces[f];
     for (std::uint32_t v : face) {
       if (v >= vertex_count) {
-        return Error{ErrorCode::index_out_of_range, f,
-                     "face " + std::to_string(f) + " names vertex " + std::to_string(v) + " of " +
-                         std::to_string(vertex_count)};
+        return Error{
+            ErrorCode::index_out_of_range, f,
+            "face " + std::to_string(f) + " names vertex " + std::to_string(v) + " of " + std::to_string(vertex_count)};
       }
     }
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
@@ -69,8 +69,7 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
       }
       if (halfedges.size() > 2) {
         return Error{ErrorCode::non_manifold_edge, halfedges[2] / 3,
-                     std::to_string(halfedges.size()) + " faces meet at " +
-                         edge_text(mesh.origin_[a], mesh.target(a))};
+                     std::to_string(halfedges.size()) + " faces meet at " + edge_text(mesh.origin_[a], mesh.target(a))};
       }
       if (mesh.origin_[a] == mesh.origin_[b]) {
         return Error{ErrorCode::opposing_faces, b / 3,

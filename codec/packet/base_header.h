@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The fixed part at the start of the base packet's payload: what holds for the whole mesh. The coded base mesh follows.
-// Layout (little endian): u8 lattice bits, u8 flags (bit 0 lossless, bit 1 float64), then min[3] as f32 (f64 if float64)
-// and f64 step.
+// Layout (little endian): u8 lattice bits, u8 flags (bit 0 lossless, bit 1 float64), then min[3] as f32 (f64 if
+// float64) and f64 step.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Table-driven CRC32C, eight bytes a step ("slicing by eight"); portable, so that WebAssembly gives the same speed class.
+// Table-driven CRC32C, eight bytes a step ("slicing by eight"); portable, so that WebAssembly gives the same speed
+// class.
 #include "codec/packet/crc32c.h"
 
 #include <array>

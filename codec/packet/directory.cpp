@@ -23,7 +23,9 @@ constexpr std::size_t kChecksumBytes = 4;
 constexpr std::uint8_t kLosslessFlag = 1;
 constexpr std::uint8_t kFloat64Flag = 2;
 
-bool is_error_value(double value) { return std::isfinite(value) && (value >= 0 || value == -1); }
+bool is_error_value(double value) {
+  return std::isfinite(value) && (value >= 0 || value == -1);
+}
 
 Status check_entry(std::span<const std::byte> packet, const LevelEntry& entry, std::uint32_t level,
                    const Directory& directory) {
@@ -127,9 +129,9 @@ Result<ParsedDirectory> parse_directory(std::span<const std::byte> file) {
   const auto levels = reader.read<std::uint32_t>();
   const std::size_t most = (file.size() - kFixedBytes - kChecksumBytes) / kEntryBytes;
   if (levels > most) {
-    return Error{ErrorCode::truncated, file.size(),
-                 "the directory promises " + std::to_string(levels) + " levels, the file has room for " +
-                     std::to_string(most)};
+    return Error{
+        ErrorCode::truncated, file.size(),
+        "the directory promises " + std::to_string(levels) + " levels, the file has room for " + std::to_string(most)};
   }
   parsed.size = kFixedBytes + levels * kEntryBytes + kChecksumBytes;
   // The checksum comes before the content: what a flipped bit says is not worth explaining.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A .pmcd file: a directory with a checksum of its own, then the packets one after the other. The directory tells what
-// a level costs and is worth before it is fetched; the packets do not need it. No file access here: bytes in, bytes out.
+// a level costs and is worth before it is fetched; the packets do not need it. No file access here: bytes in, bytes
+// out.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +19,9 @@ struct LevelEntry {
   std::uint32_t bytes = 0;     ///< of the packet, header included
   std::uint32_t vertices = 0;  ///< of the finished level
   std::uint32_t faces = 0;
-  std::uint32_t crc32c = 0;    ///< the packet's own checksum field
-  /// Distance from original vertices to the level's surface relative to the bounding-box diagonal; negative: not measured.
+  std::uint32_t crc32c = 0;  ///< the packet's own checksum field
+  /// Distance from original vertices to the level's surface relative to the bounding-box diagonal; negative: not
+  /// measured.
   double error_rms = -1;
   double error_max = -1;
 };
