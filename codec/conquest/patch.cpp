@@ -173,9 +173,9 @@ void insert_centre(HalfEdgeMesh& mesh, Patch& patch, const Triangulation& triang
   }
   attach_ring(mesh, patch, ring_halfedge, was_boundary);
   if (patch.is_border()) {
-    const unsigned before = (patch.closing + patch.size - 1) % patch.size;
+    const unsigned before = patch.closing == 0 ? patch.size - 1 : patch.closing - 1;
     mesh.set_outgoing(patch.ring[patch.closing], ring_halfedge[before] + 1);
-    mesh.set_outgoing(centre, ring_halfedge[(patch.closing + 1) % patch.size] + 2);
+    mesh.set_outgoing(centre, ring_halfedge[patch.closing + 1] + 2);
   } else {
     mesh.set_outgoing(centre, ring_halfedge[0] + 2);
   }

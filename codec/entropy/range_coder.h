@@ -65,9 +65,9 @@ class RangeEncoder {
 
   /// Bits written so far, including the fraction that still waits in the state.
   [[nodiscard]] double bits_written() const {
-    const auto width = static_cast<int>(std::bit_width(range_));
-    const double fraction = static_cast<double>(range_) / static_cast<double>(std::uint64_t{1} << (width - 1)) - 1;
-    return 8.0 * static_cast<double>(out_.size() - start_) + 64 - (width - 1) - fraction;
+    const int leading_zeros = std::countl_zero(range_);  // at most 31
+    const double fraction = static_cast<double>(range_ << leading_zeros) / 9223372036854775808.0 - 1;
+    return 8.0 * static_cast<double>(out_.size() - start_) + 1 + leading_zeros - fraction;
   }
 
  private:

@@ -27,7 +27,8 @@ class ResidualModel {
   /// damaged data only, is negative. REQUIRES: 0 <= expectation <= most, spread > 0.
   template <typename Source>
   std::int32_t code(Source& source, std::int32_t value, double expectation, double spread, std::int32_t most) {
-    const auto centre = static_cast<std::int32_t>(expectation + 0.5);
+    auto centre = static_cast<std::int32_t>(expectation);
+    if (expectation - centre >= 0.5) ++centre;
     const double fraction = expectation - centre;  // -0.5 .. 0.5
     int spread_class = half_octave(spread) + kLowest;
     if (spread_class < 0) spread_class = 0;
