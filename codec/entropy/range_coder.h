@@ -45,7 +45,8 @@ class RangeEncoder {
     if (range_ < kLeast) shift();
   }
 
-  /// Ends the stream with as few bytes as tell it apart; nothing may follow.
+  /// Ends the stream; nothing may follow. Zero bytes of the last eight are left out, earlier ones are not: a reader that
+  /// misses more than eight bytes knows that the stream was cut.
   void finish() {
     // The number in [low, low + range) with the most zero bytes at its end.
     for (unsigned bits = 64; bits > 0; bits -= 8) {
@@ -60,7 +61,6 @@ class RangeEncoder {
       out_.push_back(static_cast<std::byte>(low_ >> 56));
       low_ <<= 8;
     }
-    while (out_.size() > start_ && out_.back() == std::byte{0}) out_.pop_back();
   }
 
   /// Bits written so far, including the fraction that still waits in the state.
