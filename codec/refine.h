@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "codec/conquest/conquest.h"
+#include "codec/conquest/ears.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
 #include "codec/source.h"
@@ -110,12 +111,34 @@ bool code_position(ResidualModel& model, Source& source, const Expectation& expe
   return true;
 }
 
+/// The inserting side of an ear pass (conquest/ears.h). False: the packet is damaged. [linear in the half-edges]
+template <typename Source>
+bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
+  HalfEdgeMesh& mesh = state.mesh;
+  const std::uint32_t halfedges = 3 * mesh.face_count();
+  for (std::uint32_t h = 0; h < halfedges; ++h) {
+    if (mesh.opposite(h) != kNone) continue;
+    if (!source.bit(state.models.ear, source.wanted_ear(mesh.origin(h)))) continue;
+    if (source.failed() || mesh.vertex_count() >= bounds.vertices || mesh.face_count() >= bounds.faces) return false;
+    const LatticePoint& a = state.points[mesh.origin(h)];
+    const LatticePoint& b = state.points[mesh.target(h)];
+    const LatticePoint provisional{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+    const std::uint32_t vertex = mesh.add_vertex();
+    state.points.push_back(provisional);
+    insert_ear(mesh, h, vertex);
+    source.told_inserted(vertex);
+  }
+  return true;
+}
+
 /// One pass. Errors: corrupt_data.
 template <typename Source>
 Status code_pass(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source) {
   const std::uint32_t before = state.mesh.vertex_count();
   InsertingDriver<Source> driver(state, marks, kind, bounds, source);
-  if (!conquer(state.mesh, state.seeds, kind, marks, driver)) {
+  const bool walked = kind == PassKind::ears ? insert_ears(state, bounds, source)
+                                             : conquer(state.mesh, state.seeds, kind, marks, driver);
+  if (!walked) {
     return Error{ErrorCode::corrupt_data, before, "the packet's connectivity contradicts itself"};
   }
   source.told_part(PacketPart::connectivity);
@@ -147,8 +170,11 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source)
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     source.told_pass(pass);
-    const bool cleaning = source.raw(source.wanted_cleaning() ? 1 : 0, 1) != 0;
-    Status status = code_pass(state, marks, cleaning ? PassKind::cleaning : PassKind::decimating, bounds, source);
+    const std::uint32_t kind = source.raw(static_cast<std::uint32_t>(source.wanted_pass_kind()), 2);
+    if (kind > static_cast<std::uint32_t>(PassKind::ears)) {
+      return Error{ErrorCode::corrupt_data, pass, "an unknown kind of pass"};
+    }
+    Status status = code_pass(state, marks, static_cast<PassKind>(kind), bounds, source);
     if (!status) return status;
   }
   return {};

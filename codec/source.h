@@ -44,7 +44,8 @@ class PacketReader {
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }
-  [[nodiscard]] bool wanted_cleaning() const { return false; }
+  [[nodiscard]] PassKind wanted_pass_kind() const { return PassKind::decimating; }
+  [[nodiscard]] bool wanted_ear(std::uint32_t /*edge_origin*/) const { return false; }
   [[nodiscard]] Symbol wanted_symbol() const { return kNull; }
   [[nodiscard]] LatticePoint wanted_point(std::uint32_t /*vertex*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_components() const { return 0; }

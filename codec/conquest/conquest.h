@@ -15,13 +15,22 @@
 
 namespace pmcd::codec {
 
-enum class PassKind : std::uint8_t { decimating = 0, cleaning = 1 };
+/// Two bits in the stream. Ear passes (ears.h) are no conquest.
+enum class PassKind : std::uint8_t { decimating = 0, cleaning = 1, ears = 2 };
 
-/// What was decided at a gate: 0 = null patch, 3 to 6 = valence of the removed interior vertex, kBorder + 3 or + 4 =
-/// border patch with so many ring vertices.
+/// What was decided at a gate: 0 = null patch, 3 to 6 = valence of the removed interior vertex, from kBorder on a
+/// border patch (border_symbol).
 using Symbol = std::uint8_t;
 inline constexpr Symbol kNull = 0;
 inline constexpr Symbol kBorder = 8;
+inline constexpr unsigned kBorderSymbols = 5;
+
+/// A border patch has 3 or 4 ring vertices, and the ring edge that closes it is not the gate. The paper lets only the
+/// two ends of the ring lie on the boundary and then knows which edge that is; naming it lets strips and ragged
+/// boundaries shrink too, and costs next to nothing where it can be guessed.
+constexpr Symbol border_symbol(unsigned size, unsigned closing) {
+  return static_cast<Symbol>(kBorder + (size == 3 ? 0 : 2) + closing);
+}
 inline constexpr Symbol kImpossible = 0xFF;  ///< a driver's answer when it cannot go on
 
 /// The two vertices from which the walk over a component starts; they are never removed.

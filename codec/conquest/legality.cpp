@@ -6,27 +6,7 @@
 #include "codec/geometry/vec.h"
 
 namespace pmcd::codec {
-namespace {
-
-// A boundary vertex with a single face (an ear) can never go, and keeps both its neighbours: a few dozen of them are a
-// fat base mesh. So none is made.
-bool leaves_ear(const HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation) {
-  for (unsigned i = 0; i < patch.size; ++i) {
-    const std::uint32_t v = patch.ring[i];
-    if (mesh.face_valence(v) != 2 || !mesh.is_boundary(v)) continue;
-    unsigned faces = 0;
-    for (unsigned k = 0; k < triangulation.triangles; ++k) {
-      for (std::uint8_t corner : triangulation.corner[k]) faces += corner == i ? 1 : 0;
-    }
-    if (faces < 2) return true;
-  }
-  return false;
-}
-
-}  // namespace
-
 bool keeps_manifold(const HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation) {
-  if (!patch.is_border() && leaves_ear(mesh, patch, triangulation)) return false;
   if (patch.size == 3 && !patch.is_border()) {
     // No new edge; the new face must not be there already, on the other side of its first ring edge.
     const std::uint32_t beyond = patch.outside[0];

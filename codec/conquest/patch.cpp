@@ -23,13 +23,6 @@ std::array<bool, kMaxPatchSize> boundary_flags(const HalfEdgeMesh& mesh, const P
   return flags;
 }
 
-bool only_ends_on_boundary(const HalfEdgeMesh& mesh, const Patch& patch) {
-  for (unsigned i = 0; i < patch.size; ++i) {
-    if (i != patch.closing && i != patch.closing + 1 && mesh.is_boundary(patch.ring[i])) return false;
-  }
-  return true;
-}
-
 // Faces of a star at ring vertex i: two, at the ends of a border patch one.
 int star_valence(const Patch& patch, unsigned i) {
   return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
@@ -77,11 +70,7 @@ bool collect_star(const HalfEdgeMesh& mesh, std::uint32_t gate, Patch& patch) {
     if (i + 1 == patch.size) break;
     ring_edge = HalfEdgeMesh::next(mesh.outgoing(centre));
   }
-  if (!border) return true;
-  const bool s_on_boundary = mesh.is_boundary(mesh.origin(gate));
-  const bool t_on_boundary = mesh.is_boundary(mesh.target(gate));
-  return patch.closing == border_closing_edge(patch.size, s_on_boundary, t_on_boundary) &&
-         only_ends_on_boundary(mesh, patch);
+  return true;
 }
 
 bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation, unsigned closing,
@@ -117,8 +106,7 @@ bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangu
       if (patch.ring[i] == patch.ring[j]) return false;
     }
   }
-  if (closing == kNoClosing) return true;
-  return patch.outside[closing] == kNone && only_ends_on_boundary(mesh, patch);
+  return closing == kNoClosing || patch.outside[closing] == kNone;
 }
 
 void remove_centre(HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation) {

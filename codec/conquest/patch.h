@@ -28,8 +28,8 @@ struct Patch {
   [[nodiscard]] std::span<const std::uint32_t> ring_vertices() const { return {ring.data(), size}; }
 };
 
-/// The star of the gate's front vertex, if its ring has 3 to 6 vertices (boundary: 3 or 4) and a border patch has no
-/// boundary vertex but its two ends. False: no patch can stand here. [constant]
+/// The star of the gate's front vertex, if its ring has 3 to 6 vertices (boundary: 3 or 4). False: no patch can stand
+/// here. [constant]
 bool collect_star(const HalfEdgeMesh& mesh, std::uint32_t gate, Patch& patch);
 
 /// The polygon that `triangulation` describes, as it lies before the gate; every face of it must

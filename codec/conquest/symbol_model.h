@@ -40,9 +40,11 @@ class SymbolModel {
     for (unsigned i = 0; i < candidates.count; ++i) {
       const Symbol symbol = candidates.symbol[i];
       const bool only_one_left = i + 1 == candidates.count;
-      const std::size_t kind = symbol >= kBorder ? 4u : symbol - 3u;
-      if (only_one_left ||
-          source.bit(take_[tags][kind][gain_context(candidates.gain[i])][front_state], wanted == symbol)) {
+      // Where a border patch closes is told by the ends of the gate that lie on the boundary, nearly always.
+      const bool border = symbol >= kBorder;
+      const std::size_t kind = border ? symbol - kBorder + 4u : symbol - 3u;
+      const std::size_t state = border ? ends_context(mesh, gate) : front_state;
+      if (only_one_left || source.bit(take_[tags][kind][gain_context(candidates.gain[i])][state], wanted == symbol)) {
         patch = candidates.patch[i];
         return symbol;
       }
@@ -67,13 +69,18 @@ class SymbolModel {
   static constexpr std::size_t kGains = 9;
 
   struct Candidates {
+    static constexpr std::size_t kMost = 4 + kBorderSymbols;
     unsigned count = 0;
-    std::array<Symbol, 6> symbol{};
-    std::array<Patch, 6> patch;
-    std::array<int, 6> gain{};  // change of the sum of |valence - 6| over the ring if this patch is opened
+    std::array<Symbol, kMost> symbol{};
+    std::array<Patch, kMost> patch;
+    std::array<int, kMost> gain{};  // change of the sum of |valence - 6| over the ring if this patch is opened
   };
 
   static std::size_t tag_context(Tag s, Tag t) { return (s == Tag::plus ? 2u : 0u) + (t == Tag::plus ? 1u : 0u); }
+
+  static std::size_t ends_context(const HalfEdgeMesh& mesh, std::uint32_t gate) {
+    return (mesh.is_boundary(mesh.origin(gate)) ? 2u : 0u) + (mesh.is_boundary(mesh.target(gate)) ? 1u : 0u);
+  }
 
   static std::size_t gain_context(int gain) { return static_cast<std::size_t>(std::clamp(gain, -4, 4) + 4); }
 
@@ -109,13 +116,14 @@ class SymbolModel {
 
   static void find_candidates(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s, Tag tag_t,
                               Candidates& candidates) {
-    const bool s_border = mesh.is_boundary(mesh.origin(gate));
-    const bool t_border = mesh.is_boundary(mesh.target(gate));
-    for (unsigned size = 4; size >= 3; --size) {
-      const unsigned closing = border_closing_edge(size, s_border, t_border);
-      if (closing == kNoClosing) continue;
-      add_candidate(mesh, marks, gate, border_triangulation(size, closing, tag_t), closing,
-                    static_cast<Symbol>(kBorder + size), candidates);
+    // A border patch takes in a boundary edge of at most two faces: then a vertex of the gate's face lies there.
+    if (ends_context(mesh, gate) != 0 || mesh.is_boundary(mesh.apex(gate))) {
+      for (unsigned size = 4; size >= 3; --size) {
+        for (unsigned closing = 0; closing + 1 < size; ++closing) {
+          add_candidate(mesh, marks, gate, border_triangulation(size, closing, tag_t), closing,
+                        border_symbol(size, closing), candidates);
+        }
+      }
     }
     for (unsigned size = 6; size >= 3; --size) {
       add_candidate(mesh, marks, gate, interior_triangulation(size, tag_s, tag_t), kNoClosing,
@@ -124,7 +132,7 @@ class SymbolModel {
   }
 
   std::array<std::array<std::array<std::array<AdaptiveBit, kGains>, 4>, 4>, 4> null_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 4>, kGains>, 5>, 4> take_;
+  std::array<std::array<std::array<std::array<AdaptiveBit, 4>, kGains>, 4 + kBorderSymbols>, 4> take_;
   std::array<std::array<std::array<AdaptiveBit, kGains>, 4>, 2> clean_;
 };
 

@@ -94,11 +94,4 @@ const Triangulation& border_triangulation(unsigned size, unsigned closing, Tag t
   return a_is_odd == from_a ? kBorderFourS : kBorderFourT;
 }
 
-unsigned border_closing_edge(unsigned size, bool s_on_boundary, bool t_on_boundary) {
-  if (s_on_boundary && t_on_boundary) return kNoClosing;
-  if (s_on_boundary) return size - 2;  // the gate leaves a
-  if (t_on_boundary) return 0;         // the gate arrives at b
-  return size == 4 ? 1 : kNoClosing;   // the gate is m1 -> m2
-}
-
 }  // namespace pmcd::codec

@@ -42,9 +42,6 @@ const Triangulation& interior_triangulation(unsigned size, Tag tag_s, Tag tag_t)
 /// ring edge that becomes boundary. REQUIRES: 3 <= size <= 4, closing + 1 < size.
 const Triangulation& border_triangulation(unsigned size, unsigned closing, Tag tag_t);
 
-/// Where the closing edge lies, seen from the gate: the ring runs a, m1 .. b from border neighbour to border neighbour
-/// and only a and b lie on the boundary. kNoClosing: no such patch can stand here.
-inline constexpr unsigned kNoClosing = 0xFF;
-unsigned border_closing_edge(unsigned size, bool s_on_boundary, bool t_on_boundary);
+inline constexpr unsigned kNoClosing = 0xFF;  ///< of an interior patch
 
 }  // namespace pmcd::codec

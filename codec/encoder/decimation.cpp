@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "codec/encoder/decimation.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
+
+#include "codec/conquest/ears.h"
 
 namespace pmcd::codec {
 namespace {
 
-// Below this many vertices a component its coarser levels show nothing more.
+// Below this many vertices coarser levels show nothing more; each further component may keep a few.
 constexpr std::uint32_t kSmallBase = 24;
+constexpr std::uint32_t kSmallComponent = 6;
 // A pass that removes less than this share of the vertices has stalled.
 constexpr double kStall = 0.08;
 // Far more than a shrinking mesh needs (0.92^400 is 10^-15), fewer than a packet may hold.
@@ -39,7 +44,7 @@ class RemovingDriver {
     }
     remove_centre(mesh_, patch, triangulation);
     record_.removed.push_back(patch.centre);
-    return static_cast<Symbol>(patch.is_border() ? kBorder + patch.size : patch.size);
+    return patch.is_border() ? border_symbol(patch.size, patch.closing) : static_cast<Symbol>(patch.size);
   }
 
   HalfEdgeMesh& mesh_;
@@ -48,6 +53,36 @@ class RemovingDriver {
   const GeometricLimits& limits_;
   PassRecord& record_;
 };
+
+// Clips every ear that stands alone: not a seed, not on the seed half-edge, not beside another of this pass that went.
+PassRecord clip_ears(HalfEdgeMesh& mesh, std::span<const Seed> seeds, Marks& marks) {
+  PassRecord record;
+  record.kind = PassKind::ears;
+  marks.clear(mesh);
+  for (const Seed& seed : seeds) {
+    marks.conquered[seed.s] = marks.conquered[seed.t] = 1;
+    // The face of the seed half-edge stays, whatever its third vertex is.
+    const std::uint32_t h = mesh.find_halfedge(seed.s, seed.t);
+    if (h != kNone) marks.conquered[mesh.apex(h)] = 1;
+  }
+  std::vector<std::array<std::uint32_t, 2>> ears;  // edge origin, ear
+  for (std::uint32_t x = 0; x < mesh.vertex_count(); ++x) {
+    if (mesh.face_valence(x) != 1 || marks.conquered[x] != 0) continue;
+    const std::uint32_t from_x = mesh.outgoing(x);
+    const std::uint32_t b = mesh.target(from_x);
+    const std::uint32_t a = mesh.apex(from_x);
+    if (mesh.face_valence(a) < 2 || mesh.face_valence(b) < 2) continue;
+    marks.conquered[a] = marks.conquered[b] = 1;
+    remove_ear(mesh, x);
+    ears.push_back({a, x});
+  }
+  std::sort(ears.begin(), ears.end());
+  for (const auto& [base, ear] : ears) {
+    record.ear_base.push_back(base);
+    record.removed.push_back(ear);
+  }
+  return record;
+}
 
 }  // namespace
 
@@ -80,8 +115,13 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
   cancelled = false;
   std::vector<PassRecord> passes;
   std::uint32_t left = 0;
-  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) left += mesh.outgoing(v) != kNone ? 1 : 0;
-  const std::uint64_t small = std::uint64_t{kSmallBase} * seeds.size();
+  bool has_boundary = false;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.outgoing(v) == kNone) continue;
+    ++left;
+    has_boundary = has_boundary || mesh.is_boundary(v);
+  }
+  const std::uint64_t small = kSmallBase + std::uint64_t{kSmallComponent} * (seeds.empty() ? 0 : seeds.size() - 1);
   GeometricLimits limits = options.limits;
   bool limited = true;
   Marks marks;
@@ -92,10 +132,14 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
     record.kind = kind;
     RemovingDriver driver(mesh, points, marks, limits, record);
     conquer(mesh, seeds, kind, marks, driver);
-    const auto removed = static_cast<std::uint32_t>(record.removed.size());
-    removed_by_pair += removed;
-    left -= removed;
-    if (removed > 0) passes.push_back(std::move(record));
+    auto keep = [&](PassRecord&& done) {
+      const auto removed = static_cast<std::uint32_t>(done.removed.size());
+      removed_by_pair += removed;
+      left -= removed;
+      if (removed > 0) passes.push_back(std::move(done));
+    };
+    keep(std::move(record));
+    if (has_boundary && kind == PassKind::decimating) keep(clip_ears(mesh, seeds, marks));
     if (progress && !progress(left)) {
       cancelled = true;
       return {};

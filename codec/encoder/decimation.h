@@ -20,6 +20,7 @@ struct PassRecord {
   PassKind kind = PassKind::decimating;
   std::vector<Symbol> symbols;
   std::vector<std::uint32_t> removed;
+  std::vector<std::uint32_t> ear_base;  ///< ear pass: ascending; ear removed[k] stands beyond the edge that leaves it
 };
 
 struct DecimationOptions {

@@ -11,6 +11,10 @@ constexpr double kUsualGrowth = 1.75;
 // No level grows by more than this, unless a single pass does.
 constexpr double kMostGrowth = 2.8;
 
+// A mesh of more vertices than this is worth at least so many packets after the base.
+constexpr std::uint32_t kLargeMesh = 5000;
+constexpr std::size_t kFewestPackets = 7;
+
 // The n-th root of x >= 1 by bisection: no libm function decides what is in a stream.
 double root(double x, unsigned n) {
   double low = 1;
@@ -24,14 +28,10 @@ double root(double x, unsigned n) {
   return low;
 }
 
-}  // namespace
-
-std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<const std::uint32_t> vertices_after,
-                                        std::optional<unsigned> most_packets) {
+// Groups that each grow at least `growth` times, but for what is left over at the coarse end.
+std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uint32_t> vertices_after, double growth,
+                                           std::optional<unsigned> most_packets) {
   std::vector<std::uint32_t> groups;
-  if (vertices_after.empty()) return groups;
-  const double base = std::max(1u, base_vertices);
-  const double growth = most_packets ? root(vertices_after.back() / base, *most_packets) : kUsualGrowth;
   auto before = [&](std::size_t pass) { return pass == 0 ? base : static_cast<double>(vertices_after[pass - 1]); };
 
   // From the fine end, where the bytes are; what is left over falls to the coarse end.
@@ -60,6 +60,24 @@ std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<c
     }
   }
   std::reverse(groups.begin(), groups.end());
+  return groups;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<const std::uint32_t> vertices_after,
+                                        std::optional<unsigned> most_packets) {
+  if (vertices_after.empty()) return {};
+  const double base = std::max(1u, base_vertices);
+  if (most_packets) {
+    return group_by_growth(base, vertices_after, root(vertices_after.back() / base, *most_packets), most_packets);
+  }
+  double growth = kUsualGrowth;
+  std::vector<std::uint32_t> groups = group_by_growth(base, vertices_after, growth, most_packets);
+  while (vertices_after.back() > kLargeMesh && groups.size() < kFewestPackets && growth > 1) {
+    growth -= 0.05;
+    groups = group_by_growth(base, vertices_after, growth, most_packets);
+  }
   return groups;
 }
 

@@ -54,7 +54,15 @@ class PlanWriter {
   void finish() { encoder_.finish(); }
 
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
-  [[nodiscard]] bool wanted_cleaning() const { return passes_[pass_].kind == PassKind::cleaning; }
+  [[nodiscard]] PassKind wanted_pass_kind() const { return passes_[pass_].kind; }
+  /// Whether an ear stands beyond the boundary edge that leaves this vertex; told_inserted then means that ear.
+  bool wanted_ear(std::uint32_t edge_origin) {
+    const auto& bases = passes_[pass_].ear_base;
+    const auto found = std::lower_bound(bases.begin(), bases.end(), plan_.to_original[edge_origin]);
+    if (found == bases.end() || *found != plan_.to_original[edge_origin]) return false;
+    next_removed_ = static_cast<std::size_t>(found - bases.begin());
+    return true;
+  }
   Symbol wanted_symbol() {
     // A walk that went another way than the recorded one would run out: an impossible symbol ends it.
     const auto& symbols = passes_[pass_].symbols;

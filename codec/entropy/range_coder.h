@@ -45,8 +45,8 @@ class RangeEncoder {
     if (range_ < kLeast) shift();
   }
 
-  /// Ends the stream; nothing may follow. Zero bytes of the last eight are left out, earlier ones are not: a reader that
-  /// misses more than eight bytes knows that the stream was cut.
+  /// Ends the stream; nothing may follow. Zero bytes of the last eight are left out, earlier ones are not: a reader
+  /// that misses more than eight bytes knows that the stream was cut.
   void finish() {
     // The number in [low, low + range) with the most zero bytes at its end.
     for (unsigned bits = 64; bits > 0; bits -= 8) {

@@ -45,6 +45,13 @@ Around look_around(const HalfEdgeMesh& mesh, std::span<const LatticePoint> point
   return around;
 }
 
+Vec ear_parallelogram(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t ear) {
+  const std::uint32_t beyond = mesh.opposite(HalfEdgeMesh::next(mesh.outgoing(ear)));
+  const Vec a = to_vec(points[mesh.origin(beyond)]);
+  const Vec b = to_vec(points[mesh.target(beyond)]);
+  return a + b - to_vec(points[mesh.apex(beyond)]);
+}
+
 }  // namespace
 
 void Predictor::Fit::add(const std::array<Vec, kFeatures>& feature, const Vec& target, double importance) {
@@ -101,7 +108,7 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   mesh.for_each_neighbour(centre, [&](std::uint32_t w) {
     if (size < ring.size()) ring[size++] = w;
   });
-  e.group = border ? size + 1 : size - 3;
+  e.group = border ? size + 2 : size - 3;
   const double share = 1.0 / static_cast<double>(size);
 
   Vec ring_mean;
@@ -146,7 +153,8 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
     e.feature[1] = e.feature[1] * (1.0 / walked);
   }
   if (border) {
-    e.feature[2] = ring_mean - e.mean;
+    // An ear has no other neighbours; the parallelogram over its only face says where it points.
+    e.feature[2] = (size > 2 ? ring_mean : ear_parallelogram(mesh, points, centre)) - e.mean;
   } else {
     // Parallelograms across the ring edges.
     Vec sum;

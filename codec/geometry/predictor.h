@@ -67,7 +67,7 @@ class Predictor {
     float across = 0.2f;
   };
 
-  static constexpr std::size_t kGroups = 6;  // ring of 3, 4, 5, 6; border of 3, 4
+  static constexpr std::size_t kGroups = 7;  // ring of 3, 4, 5, 6; border of 2 (ears), 3, 4
 
   std::array<Fit, kGroups> fit_;
   std::array<Calibration, kGroups> tangential_;

@@ -48,7 +48,7 @@ struct ParsedDirectory {
   std::size_t size = 0;  ///< bytes that the directory takes; packet 0 starts here
 };
 
-/// Reads a directory from the start of `file` (which may be longer). At most `max_levels` are accepted.
+/// Reads a directory from the start of `file` (which may be longer); the levels it claims must fit into it.
 Result<ParsedDirectory> parse_directory(std::span<const std::byte> file);
 
 /// A whole file: checks the directory, that the packets fill the rest exactly, and each packet's header and checksum

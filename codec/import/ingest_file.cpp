@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Import, encode, then decode level by level to measure. Each part's time is told apart.
+#include "codec/import/ingest_file.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <span>
+
+#include "codec/import/measure.h"
+
+namespace pmcd::import {
+namespace {
+
+class Stopwatch {
+ public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+ImportError cancelled(const std::string& file) {
+  ImportError error;
+  error.code = ImportErrorCode::cancelled;
+  error.file = file;
+  error.message = "cancelled; nothing was written";
+  return error;
+}
+
+void fill_box(const codec::TriangleMesh& mesh, codec::Directory& directory) {
+  if (mesh.positions.empty()) return;
+  directory.box_min = directory.box_max = mesh.positions.front();
+  for (const codec::Position& p : mesh.positions) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      directory.box_min[k] = std::min(directory.box_min[k], p[k]);
+      directory.box_max[k] = std::max(directory.box_max[k], p[k]);
+    }
+  }
+}
+
+/// Writes each level's error into the directory. An error that is beyond double stays "not measured".
+ImportFailure measure_levels(const codec::TriangleMesh& original, const std::string& file, const IngestOptions& options,
+                             Ingested& out) {
+  const ErrorMeter meter(original);
+  codec::Decoder decoder;
+  const std::size_t levels = out.packets.size();
+  for (std::size_t k = 0; k < levels; ++k) {
+    if (options.progress &&
+        !options.progress(IngestStage::measuring, static_cast<double>(k) / static_cast<double>(levels))) {
+      return cancelled(file);
+    }
+    const codec::Result<codec::Level> level = decoder.apply(out.packets[k].bytes);
+    if (!level) return from_codec(level.error(), ImportErrorCode::encoder_refused, file);
+    const Distance distance = meter.distance_to(decoder.mesh());
+    if (!std::isfinite(distance.rms) || !std::isfinite(distance.max)) continue;
+    out.directory.levels[k].error_rms = distance.rms;
+    out.directory.levels[k].error_max = distance.max;
+  }
+  return {};
+}
+
+}  // namespace
+
+ImportError from_codec(const codec::Error& error, ImportErrorCode code, const std::string& file) {
+  if (error.code == codec::ErrorCode::cancelled) return cancelled(file);
+  ImportError out;
+  out.code = error.code == codec::ErrorCode::invalid_option ? ImportErrorCode::invalid_option : code;
+  out.file = file;
+  out.message = error.detail + " (" + codec::error_name(error.code) + ", at " + std::to_string(error.where) + ")";
+  return out;
+}
+
+ImportResult<Ingested> ingest_mesh(ImportedMesh imported, const std::string& file, const IngestOptions& options) {
+  Ingested out;
+  out.import_report = std::move(imported.report);
+  const codec::TriangleMesh& mesh = imported.mesh;
+
+  const Stopwatch encoding;
+  codec::Progress progress;
+  if (options.progress) {
+    progress = [&](double fraction) { return options.progress(IngestStage::encoding, fraction); };
+  }
+  codec::Result<codec::Encoded> encoded = codec::encode(mesh, options.encode, progress);
+  if (!encoded) return from_codec(encoded.error(), ImportErrorCode::encoder_refused, file);
+  out.packets = std::move(encoded->packets);
+  out.encode_report = encoded->report;
+  std::vector<std::span<const std::byte>> packets(out.packets.size());
+  std::transform(out.packets.begin(), out.packets.end(), packets.begin(),
+                 [](const codec::EncodedPacket& p) { return std::span<const std::byte>(p.bytes); });
+  codec::Result<codec::Directory> directory = codec::make_directory(packets);
+  if (!directory) return from_codec(directory.error(), ImportErrorCode::encoder_refused, file);
+  out.directory = std::move(directory).value();
+  fill_box(mesh, out.directory);
+  out.encode_seconds = encoding.seconds();
+
+  if (options.measure_errors) {
+    const Stopwatch measuring;
+    if (ImportFailure failure = measure_levels(mesh, file, options, out)) return std::move(*failure);
+    out.measure_seconds = measuring.seconds();
+  }
+  return out;
+}
+
+ImportResult<Ingested> ingest_file(const std::string& path, const IngestOptions& options) {
+  const Stopwatch reading;
+  if (options.progress && !options.progress(IngestStage::reading, 0)) return cancelled(path);
+  ImportResult<ImportedMesh> imported = read_mesh(path, options.import);
+  if (!imported) return imported.error();
+  const double read_seconds = reading.seconds();
+  ImportResult<Ingested> out = ingest_mesh(std::move(imported).value(), path, options);
+  if (out) out->read_seconds = read_seconds;
+  return out;
+}
+
+std::vector<std::byte> to_file_bytes(const Ingested& ingested) {
+  std::vector<std::byte> bytes = codec::serialize(ingested.directory);
+  for (const codec::EncodedPacket& packet : ingested.packets) {
+    bytes.insert(bytes.end(), packet.bytes.begin(), packet.bytes.end());
+  }
+  return bytes;
+}
+
+ImportResult<codec::TriangleMesh> decode_file_bytes(std::span<const std::byte> bytes, std::optional<std::uint32_t> last,
+                                                    const std::string& file) {
+  const codec::Result<codec::ParsedFile> parsed = codec::parse_file(bytes);
+  if (!parsed) return from_codec(parsed.error(), ImportErrorCode::bad_packet_file, file);
+  const std::size_t levels = parsed->packets.size();
+  if (last && *last >= levels) {
+    ImportError error;
+    error.code = ImportErrorCode::invalid_option;
+    error.file = file;
+    error.message = "has no level " + std::to_string(*last) + "; the last one is " + std::to_string(levels - 1);
+    return error;
+  }
+  codec::Decoder decoder;
+  for (std::size_t k = 0; k < (last ? *last + std::size_t{1} : levels); ++k) {
+    const codec::Result<codec::Level> level = decoder.apply(parsed->packets[k]);
+    if (!level) {
+      ImportError error = from_codec(level.error(), ImportErrorCode::bad_packet_file, file);
+      error.message = "packet " + std::to_string(k) + ": " + error.message;
+      return error;
+    }
+  }
+  return decoder.mesh();
+}
+
+}  // namespace pmcd::import
