@@ -102,7 +102,8 @@ Status code_exactness(LevelState& state, Source& source) {
                                    static_cast<std::uint64_t>(run.first);
       const std::uint64_t number = code_uniform64(source, wanted, count);
       if (number >= count) return corrupt;
-      position[axis] = from_ordered(run.first + static_cast<std::int64_t>(number), scalar);
+      const std::uint64_t ordered = static_cast<std::uint64_t>(run.first) + number;
+      position[axis] = from_ordered(static_cast<std::int64_t>(ordered), scalar);
     }
     state.exact.push_back(position);
   }
