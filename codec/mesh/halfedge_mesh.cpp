@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codec/mesh/halfedge_mesh.h"
 
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -40,6 +41,20 @@ bool same_vertices(const Face& a, const Face& b) {
   return true;
 }
 
+// The first two faces at an edge that have the same vertices. At an edge of very many faces only the first are looked
+// at: then the edge is what is named.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> same_faces(std::span<const Face> faces,
+                                                                  std::span<const std::uint32_t> halfedges) {
+  constexpr std::size_t kLookedAt = 16;
+  for (std::size_t j = 1; j < halfedges.size() && j < kLookedAt; ++j) {
+    for (std::size_t i = 0; i < j; ++i) {
+      if (same_vertices(faces[halfedges[i] / 3], faces[halfedges[j] / 3]))
+        return {{halfedges[i] / 3, halfedges[j] / 3}};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_t vertex_count) {
@@ -63,9 +78,10 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
       if (halfedges.size() == 1) continue;
       const std::uint32_t a = halfedges[0];
       const std::uint32_t b = halfedges[1];
-      if (same_vertices(faces[a / 3], faces[b / 3])) {
-        return Error{ErrorCode::duplicate_face, b / 3,
-                     "faces " + std::to_string(a / 3) + " and " + std::to_string(b / 3) + " have the same vertices"};
+      if (const auto twins = same_faces(faces, halfedges)) {
+        return Error{ErrorCode::duplicate_face, twins->second,
+                     "faces " + std::to_string(twins->first) + " and " + std::to_string(twins->second) +
+                         " have the same vertices"};
       }
       if (halfedges.size() > 2) {
         return Error{ErrorCode::non_manifold_edge, halfedges[2] / 3,
