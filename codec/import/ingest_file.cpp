@@ -65,11 +65,24 @@ ImportFailure measure_levels(const codec::TriangleMesh& original, const std::str
 }  // namespace
 
 ImportError from_codec(const codec::Error& error, ImportErrorCode code, const std::string& file) {
-  if (error.code == codec::ErrorCode::cancelled) return cancelled(file);
+  using codec::ErrorCode;
+  if (error.code == ErrorCode::cancelled) return cancelled(file);
   ImportError out;
-  out.code = error.code == codec::ErrorCode::invalid_option ? ImportErrorCode::invalid_option : code;
+  out.code = error.code == ErrorCode::invalid_option ? ImportErrorCode::invalid_option : code;
   out.file = file;
-  out.message = error.detail + " (" + codec::error_name(error.code) + ", at " + std::to_string(error.where) + ")";
+  out.message = error.detail + " (" + codec::error_name(error.code) + ")";
+  if (code != ImportErrorCode::bad_packet_file) {
+    out.element = error.where;
+    return out;
+  }
+  // Other codes count from the start of a packet, and their sentence says which.
+  if (error.code == ErrorCode::truncated || error.code == ErrorCode::bad_magic ||
+      error.code == ErrorCode::trailing_bytes) {
+    out.byte = error.where;
+  }
+  out.message += error.code == ErrorCode::unsupported_version || error.code == ErrorCode::unsupported_feature
+                     ? "; encode the mesh again with this version of pmcd"
+                     : "; fetch or encode it again";
   return out;
 }
 
@@ -140,7 +153,8 @@ ImportResult<codec::TriangleMesh> decode_file_bytes(std::span<const std::byte> b
     const codec::Result<codec::Level> level = decoder.apply(parsed->packets[k]);
     if (!level) {
       ImportError error = from_codec(level.error(), ImportErrorCode::bad_packet_file, file);
-      error.message = "packet " + std::to_string(k) + ": " + error.message;
+      error.byte.reset();
+      error.message.insert(0, "packet " + std::to_string(k) + ": ");
       return error;
     }
   }

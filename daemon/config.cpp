@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// Options by Boost.Program_options. Values are taken as text and judged here, because an error has to say which option,
+// in which file and line, and what would be right.
+#include "daemon/config.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/program_options.hpp>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "daemon/scheduler/registry.h"
+
+namespace pmcd {
+namespace {
+
+namespace po = boost::program_options;
+
+/// A value and where it was given: "--slots" or "pmcd.conf:3: slots".
+struct Given {
+  std::string value;
+  std::string where;
+};
+using Values = std::map<std::string, Given>;
+
+constexpr std::array kLogLevels = {"trace", "debug", "info", "warn", "error", "critical", "off"};
+
+po::options_description file_options() {
+  po::options_description options("Options, also in the config file as name = value");
+  const auto text = [](const char* name) { return po::value<std::string>()->value_name(name); };
+  options.add_options()                                                                               //
+      ("database", text("FILE"), "mesh database, made if it is not there (/var/lib/pmcd/meshes.db)")  //
+      ("listen", text("ADDRESS"), "IP address to listen on (127.0.0.1)")                              //
+      ("request-port", text("PORT"), "port of the request channel, 0 for any free one (7621)")        //
+      ("data-port", text("PORT"), "port of the data channel, 0 for any free one (7622)")              //
+      ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                 //
+      ("rule", text("NAME"), "distribution rule (fifo)")                                              //
+      ("slots", text("N"), "transfers that run at the same time (1)")                                 //
+      ("log-level", text("LEVEL"), "trace, debug, info, warn, error, critical or off (info)");
+  return options;
+}
+
+po::options_description command_options() {
+  po::options_description options("Options of the command line only");
+  options.add_options()                                                               //
+      ("config", po::value<std::string>()->value_name("FILE"), "read this file too")  //
+      ("check-config", "check options and config file, say what is wrong, and end")   //
+      ("version", "print the version and end")                                        //
+      ("help", "print this text and end");
+  return options;
+}
+
+/// One line of the config file; nothing is added for blank lines and comments.
+std::optional<ConfigError> read_line(const std::string& line, const std::string& place, Values& values) {
+  std::istringstream stream(line);
+  try {
+    for (const auto& option : po::parse_config_file(stream, file_options()).options) {
+      if (option.value.size() != 1) return ConfigError{place + ": " + option.string_key + " needs one value"};
+      if (!values.try_emplace(option.string_key, Given{option.value[0], place + ": " + option.string_key}).second) {
+        return ConfigError{place + ": " + option.string_key + " was given before"};
+      }
+    }
+  } catch (const po::unknown_option& error) {
+    return ConfigError{place + ": " + error.get_option_name() + " is no option of the config file"};
+  } catch (const po::error&) {
+    return ConfigError{place + ": expected \"name = value\", got \"" + line + "\""};
+  }
+  return std::nullopt;
+}
+
+std::optional<ConfigError> read_file(const std::string& path, Values& values) {
+  std::ifstream file(path);
+  if (!file) return ConfigError{"--config: " + path + " cannot be read"};
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string place = path + ":" + std::to_string(number);
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (auto error = read_line(line, place, values)) return error;
+  }
+  if (file.bad()) return ConfigError{"--config: " + path + " cannot be read"};
+  return std::nullopt;
+}
+
+std::string joined(const std::vector<std::string_view>& words) {
+  std::string text;
+  for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+  return text;
+}
+
+/// Takes values out of what was given, checks them, and remembers the first complaint.
+class Taker {
+ public:
+  explicit Taker(const Values& values) : values_(values) {}
+
+  void text(const char* name, std::string& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    if (given->value.empty()) {
+      complain(*given, "must not be empty");
+    } else {
+      into = given->value;
+    }
+  }
+
+  template <typename Number>
+  void number(const char* name, Number least, Number most, Number& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    Number value{};
+    const char* const end = given->value.data() + given->value.size();
+    const auto [stop, error] = std::from_chars(given->value.data(), end, value);
+    if (error != std::errc() || stop != end || value < least || value > most) {
+      complain(*given, "must be a number from " + std::to_string(least) + " to " + std::to_string(most));
+    } else {
+      into = value;
+    }
+  }
+
+  void one_of(const char* name, const std::vector<std::string_view>& allowed, std::string& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    if (std::find(allowed.begin(), allowed.end(), given->value) == allowed.end()) {
+      complain(*given, "must be one of: " + joined(allowed));
+    } else {
+      into = given->value;
+    }
+  }
+
+  void address(const char* name, std::string& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    in6_addr parsed{};
+    if (::inet_pton(AF_INET, given->value.c_str(), &parsed) != 1 &&
+        ::inet_pton(AF_INET6, given->value.c_str(), &parsed) != 1) {
+      complain(*given, "must be an IPv4 or IPv6 address in numbers");
+    } else {
+      into = given->value;
+    }
+  }
+
+  [[nodiscard]] const std::optional<ConfigError>& complaint() const { return complaint_; }
+
+ private:
+  const Given* find(const char* name) const {
+    const auto it = values_.find(name);
+    return it == values_.end() ? nullptr : &it->second;
+  }
+  void complain(const Given& given, const std::string& what) {
+    if (!complaint_) complaint_ = ConfigError{given.where + ": \"" + given.value + "\" " + what};
+  }
+
+  const Values& values_;
+  std::optional<ConfigError> complaint_;
+};
+
+std::variant<Config, ConfigAnswer, ConfigError> judge(const Values& values) {
+  Config config;
+  Taker take(values);
+  take.text("database", config.database);
+  take.address("listen", config.listen);
+  take.number<std::uint16_t>("request-port", 0, 65535, config.request_port);
+  take.number<std::uint16_t>("data-port", 0, 65535, config.data_port);
+  take.text("admin-socket", config.admin_socket);
+  std::vector<std::string_view> rules;
+  for (const auto& rule : scheduler::all_rules()) rules.push_back(rule.name);
+  take.one_of("rule", rules, config.rule);
+  take.number<std::size_t>("slots", 1, kMaxSlots, config.slots);
+  take.one_of("log-level", {kLogLevels.begin(), kLogLevels.end()}, config.log_level);
+  if (take.complaint()) return *take.complaint();
+  if (config.request_port != 0 && config.request_port == config.data_port) {
+    return ConfigError{"request-port and data-port are both " + std::to_string(config.data_port) +
+                       ", but each needs a port of its own"};
+  }
+  return config;
+}
+
+std::string help_text() {
+  std::ostringstream text;
+  text << "pmcd serves progressive meshes, packet by packet.\nUsage: pmcd [option...]\n\n"
+       << file_options() << '\n'
+       << command_options() << "\nRules:\n";
+  for (const auto& rule : scheduler::all_rules()) text << "  " << rule.name << "  " << rule.summary << '\n';
+  return text.str();
+}
+
+}  // namespace
+
+std::variant<Config, ConfigAnswer, ConfigError> read_config(int argc, const char* const* argv,
+                                                            const std::string& version) {
+  po::options_description known;
+  known.add(file_options()).add(command_options());
+  constexpr int kStyle = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
+  Values values;
+  std::optional<std::string> file;
+  bool check_only = false;
+  try {
+    const auto parsed = po::command_line_parser(argc, argv)
+                            .options(known)
+                            .style(kStyle)
+                            .positional(po::positional_options_description())
+                            .run();
+    for (const auto& option : parsed.options) {
+      const std::string& name = option.string_key;
+      if (name == "help") return ConfigAnswer{help_text()};
+      if (name == "version") return ConfigAnswer{"pmcd " + version + "\n"};
+      if (name == "check-config") {
+        check_only = true;
+      } else if (name == "config") {
+        if (file) return ConfigError{"--config was given before"};
+        file = option.value.at(0);
+      } else if (!values.try_emplace(name, Given{option.value.at(0), "--" + name}).second) {
+        return ConfigError{"--" + name + " was given before"};
+      }
+    }
+  } catch (const po::too_many_positional_options_error&) {
+    return ConfigError{"pmcd takes options only; --help lists them"};
+  } catch (const po::error& error) {
+    return ConfigError{std::string(error.what()) + "; --help lists the options"};
+  }
+  Values from_file;
+  if (file) {
+    if (auto error = read_file(*file, from_file)) return *error;
+    // All of the file is judged, also what the command line overrides: a fault must not wait for another start.
+    auto judged = judge(from_file);
+    if (auto* error = std::get_if<ConfigError>(&judged)) return *error;
+  }
+  values.merge(from_file);
+  auto judged = judge(values);
+  if (auto* config = std::get_if<Config>(&judged)) config->check_only = check_only;
+  return judged;
+}
+
+}  // namespace pmcd

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// pmcd: reads its configuration, opens the database, serves until SIGTERM or SIGINT, drains, ends.
+// Exit codes: 0 ended in order, 1 could not start or not end in order, 2 usage or configuration.
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <systemd/sd-daemon.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "daemon/config.h"
+#include "daemon/net/asio.h"
+#include "daemon/net/server.h"
+#include "daemon/scheduler/registry.h"
+#include "daemon/store/store_thread.h"
+//
+#include <boost/asio/detached.hpp>
+#include <boost/asio/signal_set.hpp>
+
+namespace pmcd {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kUsage = 2;
+/// Descriptors that are not sessions: database, logs, listeners, admin connections, uploads.
+constexpr std::size_t kOtherDescriptors = 256;
+
+/// The level as journald understands it on stderr: "<6>" for info.
+class Priority final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const char digit = message.level <= spdlog::level::debug  ? '7'
+                       : message.level == spdlog::level::info ? '6'
+                       : message.level == spdlog::level::warn ? '4'
+                       : message.level == spdlog::level::err  ? '3'
+                                                              : '2';
+    out.push_back('<');
+    out.push_back(digit);
+    out.push_back('>');
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<Priority>(); }
+};
+
+void set_up_log(const std::string& level) {
+  auto logger = spdlog::stderr_logger_mt("pmcd");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  // The journal keeps time and priority itself.
+  const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  formatter->add_flag<Priority>('K').set_pattern(journal ? "%K%v" : "%Y-%m-%dT%H:%M:%S.%e%z %l: %v");
+  logger->set_formatter(std::move(formatter));
+  logger->set_level(spdlog::level::from_str(level));
+  logger->flush_on(spdlog::level::trace);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+/// Raises the limit of descriptors as far as it goes and returns how many sessions (two each) it allows.
+std::size_t sessions_that_fit(std::size_t wanted) {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return wanted;
+  limit.rlim_cur = limit.rlim_max;
+  if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) ::getrlimit(RLIMIT_NOFILE, &limit);
+  const std::size_t descriptors = limit.rlim_cur;
+  const std::size_t fit = descriptors > 2 * kOtherDescriptors ? (descriptors - kOtherDescriptors) / 2 : 16;
+  if (fit < wanted) spdlog::warn("{} descriptors allow {} sessions, not {}", descriptors, fit, wanted);
+  return std::min(fit, wanted);
+}
+
+/// Waits for a signal, ends the server in order, and stops the loop. A second signal ends the process at once.
+net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& io, bool& in_order) {
+  net::asio::signal_set signals(io, SIGTERM, SIGINT);
+  net::error_code ignored;
+  const int signal = co_await signals.async_wait(net::resume_with(ignored));
+  spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
+  sd_notify(0, "STOPPING=1\nSTATUS=draining");
+  signals.async_wait([](const net::error_code& error, int) {
+    if (error) return;
+    spdlog::warn("a second signal: ending at once");
+    std::_Exit(kFailed);
+  });
+  in_order = co_await server.drain();
+  signals.cancel(ignored);
+  io.stop();
+}
+
+std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
+  auto thread = store::StoreThread::start(path);
+  if (!thread) {
+    spdlog::critical("database {}: {}: {}", path, store::error_name(thread.error().code), thread.error().detail);
+    return nullptr;
+  }
+  return std::move(thread).value();
+}
+
+int serve(const Config& config) {
+  // A peer that closes is an error of write(), not the end of the daemon.
+  std::signal(SIGPIPE, SIG_IGN);
+  net::ServerOptions options;
+  options.listen = config.listen;
+  options.request_port = config.request_port;
+  options.data_port = config.data_port;
+  options.admin_socket = config.admin_socket;
+  options.version = PMCD_VERSION;
+  options.limits.sessions = sessions_that_fit(options.limits.sessions);
+
+  net::asio::io_context io(1);
+  // The writer first: it makes the tables that the reader expects.
+  const auto writer = open_database(config.database);
+  if (!writer) return kFailed;
+  const auto reader = open_database(config.database);
+  if (!reader) return kFailed;
+  net::Server server(io, *reader, *writer, scheduler::Scheduler(scheduler::make_rule(config.rule), config.slots),
+                     std::move(options));
+  bool in_order = false;
+  net::asio::co_spawn(io, end_on_signal(server, io, in_order), net::asio::detached);
+  if (const auto error = server.start()) {
+    spdlog::critical("{}", *error);
+    return kFailed;
+  }
+  spdlog::info("pmcd {}: database {}, rule {}, {} slots", PMCD_VERSION, config.database, config.rule, config.slots);
+  const std::string status = "READY=1\nSTATUS=serving on " + config.listen + ", request port " +
+                             std::to_string(server.request_port()) + ", data port " +
+                             std::to_string(server.data_port());
+  sd_notify(0, status.c_str());
+  io.run();
+  if (!in_order) {
+    // Something still runs in this server: its destructor must not pull the ground from under it.
+    spdlog::error("not everything ended in time");
+    std::_Exit(kFailed);
+  }
+  spdlog::info("ended");
+  return 0;
+}
+
+}  // namespace
+}  // namespace pmcd
+
+int main(int argc, char** argv) {
+  const auto read = pmcd::read_config(argc, argv, PMCD_VERSION);
+  if (const auto* answer = std::get_if<pmcd::ConfigAnswer>(&read)) {
+    std::fputs(answer->text.c_str(), stdout);
+    return 0;
+  }
+  if (const auto* error = std::get_if<pmcd::ConfigError>(&read)) {
+    std::fprintf(stderr, "pmcd: %s\n", error->text.c_str());
+    return pmcd::kUsage;
+  }
+  const auto& config = std::get<pmcd::Config>(read);
+  if (config.check_only) {
+    std::puts("the configuration is good");
+    return 0;
+  }
+  pmcd::set_up_log(config.log_level);
+  return pmcd::serve(config);
+}

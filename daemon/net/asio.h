@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Boost.Asio as the network room uses it: errors as values, and a timer that serves as a condition. Boost 1.74 with
+// g++ 12 needs <utility> before Asio's coroutine headers, so everyone includes this file and not Asio itself.
+// Another trap of g++ 12: a lambda or aggregate that is written inside a co_await expression is destroyed twice. Give
+// it a name first, then std::move() it in.
+#pragma once
+
+#include <utility>  // must come first
+//
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
+
+namespace pmcd::net {
+
+namespace asio = boost::asio;
+using asio::awaitable;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+using Duration = Clock::duration;
+
+/// The completion token of the house: resumes the coroutine and puts the error into `error` instead of throwing it.
+inline auto resume_with(error_code& error) {
+  return asio::redirect_error(asio::use_awaitable, error);
+}
+
+/// Sleeps; returns early and quietly if the timer is cancelled.
+inline awaitable<void> sleep_for(Duration duration) {
+  asio::steady_timer timer(co_await asio::this_coro::executor, duration);
+  error_code ignored;
+  co_await timer.async_wait(resume_with(ignored));
+}
+
+/// What coroutines of one thread wait on until somebody notifies them. A waiter looks again at what it waits for (and
+/// at the clock, if it waits with a limit): it may be woken for nothing.
+class Condition {
+ public:
+  explicit Condition(const asio::any_io_executor& executor) : timer_(executor, Clock::time_point::max()) {}
+
+  awaitable<void> wait_until(Clock::time_point limit = Clock::time_point::max()) {
+    if (timer_.expiry() <= Clock::now()) timer_.expires_at(Clock::time_point::max());
+    if (limit < timer_.expiry()) timer_.expires_at(limit);  // wakes the other waiters, which then wait again
+    error_code ignored;
+    co_await timer_.async_wait(resume_with(ignored));
+  }
+  void notify() { timer_.cancel(); }
+
+ private:
+  asio::steady_timer timer_;
+};
+
+}  // namespace pmcd::net

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+// Coming up, accepting, and the orderly end.
+#include "daemon/net/server.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "proto/text.h"
+
+namespace pmcd::net {
+namespace {
+
+// An idle client costs little: its frames are short, so is the buffer in which they are received.
+constexpr std::size_t kRequestBuffer = 1024;
+constexpr std::size_t kDataBuffer = 256;
+constexpr std::size_t kAdminBuffer = 64 * 1024;
+/// Connections over the limit are told so, but no more than these at a time.
+constexpr std::size_t kMaxTurnedAway = 64;
+
+std::uint64_t inode_of(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 ? status.st_ino : 0;
+}
+
+std::string peer_text(const asio::ip::tcp::socket& socket) {
+  error_code error;
+  const auto endpoint = socket.remote_endpoint(error);
+  if (error) return "?";
+  std::ostringstream text;
+  text << endpoint;
+  return text.str();
+}
+
+}  // namespace
+
+Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer,
+               scheduler::Scheduler scheduler, ServerOptions options)
+    : options_(std::move(options)),
+      tasks_(io.get_executor()),
+      catalog_(reader, writer, options_.uploads),
+      dispatcher_(std::move(scheduler), catalog_, tasks_, options_.limits),
+      context_{catalog_, dispatcher_, tokens_, options_.limits, 0, "pmcd " + options_.version, false},
+      admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
+      requests_(io),
+      data_(io),
+      admin_(io) {}
+
+Server::~Server() {
+  close_listeners();
+}
+
+std::optional<std::string> Server::start() {
+  auto requests = listen_tcp(tasks_.executor(), options_.listen, options_.request_port);
+  if (auto* error = std::get_if<ListenError>(&requests)) return error->text;
+  auto data = listen_tcp(tasks_.executor(), options_.listen, options_.data_port);
+  if (auto* error = std::get_if<ListenError>(&data)) return error->text;
+  auto admin = listen_unix(tasks_.executor(), options_.admin_socket);
+  if (auto* error = std::get_if<ListenError>(&admin)) return error->text;
+  requests_ = std::move(std::get<TcpAcceptor>(requests));
+  data_ = std::move(std::get<TcpAcceptor>(data));
+  admin_ = std::move(std::get<UnixAcceptor>(admin));
+  admin_inode_ = inode_of(options_.admin_socket);
+  request_port_ = requests_.local_endpoint().port();
+  context_.data_port = data_.local_endpoint().port();
+  started_ = Clock::now();
+  started_at_ =
+      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  spdlog::info("listening on {}, request port {}, data port {}, admin socket {}", options_.listen, request_port_,
+               context_.data_port, options_.admin_socket);
+  tasks_.spawn("request listener",
+               accept_loop(requests_, "request port", [this](auto socket) { accept_request(std::move(socket)); }));
+  tasks_.spawn("data listener",
+               accept_loop(data_, "data port", [this](auto socket) { accept_data(std::move(socket)); }));
+  tasks_.spawn("admin listener",
+               accept_loop(admin_, "admin socket", [this](auto socket) { accept_admin(std::move(socket)); }));
+  return std::nullopt;
+}
+
+void Server::accept_request(asio::ip::tcp::socket socket) {
+  tune_tcp(socket.native_handle());
+  const std::string peer = peer_text(socket);
+  auto channel =
+      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxClientFrame, kRequestBuffer);
+  if (sessions_.size() >= options_.limits.sessions) {
+    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
+                                        "the daemon serves as many sessions as it may; try again later"));
+    return;
+  }
+  const std::uint64_t key = next_key_++;
+  auto session = std::make_shared<Session>(key, peer, std::move(channel), context_);
+  sessions_.emplace(key, session);
+  tasks_.spawn("session", serve_session(std::move(session)));
+}
+
+void Server::accept_data(asio::ip::tcp::socket socket) {
+  tune_tcp(socket.native_handle());
+  auto channel =
+      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxClientFrame, kDataBuffer);
+  if (joining_.size() >= options_.limits.sessions) {
+    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
+                                        "too many data connections wait to join"));
+    return;
+  }
+  tasks_.spawn("data channel", serve_data(std::move(channel)));
+}
+
+void Server::accept_admin(asio::local::stream_protocol::socket socket) {
+  const auto peer = peer_identity(socket.native_handle());
+  auto channel =
+      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
+  if (context_.draining || admins_.size() >= options_.limits.admin_connections) {
+    tasks_.spawn("turn away",
+                 turn_away(std::move(channel),
+                           context_.draining ? proto::ErrorCode::shutting_down : proto::ErrorCode::too_many_sessions,
+                           "no more admin connections are taken now"));
+    return;
+  }
+  const std::uint64_t key = next_key_++;
+  auto connection = std::make_shared<AdminConnection>(std::move(channel), peer, admin_context_);
+  admins_.emplace(key, connection);
+  tasks_.spawn("admin connection", serve_admin(key, std::move(connection)));
+}
+
+awaitable<void> Server::serve_session(std::shared_ptr<Session> session) {
+  co_await session->run(session);
+  sessions_.erase(session->key());
+}
+
+awaitable<void> Server::serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection) {
+  co_await connection->run(connection);
+  admins_.erase(key);
+}
+
+awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel) {
+  const std::uint64_t key = next_key_++;
+  joining_.emplace(key, channel);
+  const Channel::Incoming incoming = co_await channel->read(Clock::now() + options_.limits.hello);
+  joining_.erase(key);
+  proto::Error refusal;
+  if (std::holds_alternative<Channel::Closed>(incoming)) {
+    co_await channel->finish();
+    co_return;
+  }
+  if (std::holds_alternative<Channel::TimedOut>(incoming)) {
+    refusal = {proto::ErrorCode::join_timeout, 0, "no join came in time"};
+  } else if (const auto* error = std::get_if<proto::Error>(&incoming)) {
+    refusal = *error;
+  } else {
+    const auto& frame = std::get<proto::Frame>(incoming);
+    refusal.code = proto::check_client_frame(proto::Channel::data, proto::SessionState::fresh, frame.type);
+    refusal.detail = "the first frame must be join";
+    if (refusal.code == proto::ErrorCode::none) {
+      const auto join = proto::decode<proto::Join>(frame.body);
+      if (!join) {
+        refusal = join.error();
+      } else if (const auto session = tokens_.redeem(join.value().token)) {
+        co_await session->run_data(std::move(channel));
+        co_return;
+      } else {
+        refusal = {proto::ErrorCode::bad_token, 0, "the token is unknown, used or too old"};
+      }
+    }
+  }
+  co_await turn_away(std::move(channel), refusal.code, refusal.detail);
+}
+
+awaitable<void> Server::turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text) {
+  if (turned_away_ >= kMaxTurnedAway) {
+    channel->abort();
+    co_return;
+  }
+  ++turned_away_;
+  spdlog::info("connection refused: {}: {}", proto::code_name(code), text);
+  proto::ErrorMessage message;
+  message.code = code;
+  message.text = proto::printable(text, proto::kMaxErrorTextBytes);
+  channel->send(proto::encode(message));
+  co_await channel->finish();
+  --turned_away_;
+}
+
+awaitable<bool> Server::drain() {
+  context_.draining = true;
+  dispatcher_.drain();
+  spdlog::info("draining: {} transfers are running, {} requests wait", dispatcher_.running(), dispatcher_.waiting());
+  if (!co_await dispatcher_.wait_idle(options_.limits.drain)) {
+    spdlog::warn("{} transfers did not end in time and are cut off", dispatcher_.running());
+  }
+  close_listeners();
+  const auto sessions = std::exchange(sessions_, {});
+  for (const auto& [key, weak] : sessions) {
+    if (const auto session = weak.lock()) session->close(proto::ErrorCode::shutting_down, "the daemon is ending");
+  }
+  for (const auto& [key, weak] : joining_) {
+    if (const auto channel = weak.lock()) channel->stop_reading();
+  }
+  for (const auto& [key, weak] : admins_) {
+    if (const auto connection = weak.lock()) connection->stop();
+  }
+  // Lingering ends by itself; a commit that is under way may take longer.
+  co_return co_await tasks_.wait_idle(options_.limits.linger + options_.limits.drain);
+}
+
+void Server::close_listeners() {
+  error_code ignored;
+  requests_.close(ignored);
+  data_.close(ignored);
+  if (!admin_.is_open()) return;
+  admin_.close(ignored);
+  // Only our own file: somebody may have put another in its place.
+  if (inode_of(options_.admin_socket) == admin_inode_) ::unlink(options_.admin_socket.c_str());
+}
+
+StatusReport Server::status() const {
+  StatusReport report;
+  report.version = options_.version;
+  report.rule = std::string(dispatcher_.rule());
+  report.slots = dispatcher_.slots();
+  report.sessions = sessions_.size();
+  report.waiting = dispatcher_.waiting();
+  report.running = dispatcher_.running();
+  report.listen = options_.listen;
+  report.request_port = request_port_;
+  report.data_port = context_.data_port;
+  report.started_at = started_at_;
+  report.uptime_seconds = std::chrono::duration_cast<std::chrono::seconds>(Clock::now() - started_).count();
+  return report;
+}
+
+}  // namespace pmcd::net

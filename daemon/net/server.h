@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The network side of the daemon as one object: two TCP listeners, the admin socket, the sessions, and how all of it
+// comes up, drains and ends. One thread runs its io_context; the store has its own.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "daemon/net/admin_connection.h"
+#include "daemon/net/asio.h"
+#include "daemon/net/catalog.h"
+#include "daemon/net/dispatcher.h"
+#include "daemon/net/join_table.h"
+#include "daemon/net/limits.h"
+#include "daemon/net/listener.h"
+#include "daemon/net/session.h"
+#include "daemon/net/task_group.h"
+#include "daemon/scheduler/scheduler.h"
+#include "daemon/store/store_thread.h"
+
+namespace pmcd::net {
+
+struct ServerOptions {
+  std::string listen = "127.0.0.1";
+  std::uint16_t request_port = proto::kDefaultRequestPort;  ///< 0: any free port
+  std::uint16_t data_port = proto::kDefaultDataPort;        ///< 0: any free port
+  std::string admin_socket;
+  std::string version;  ///< of the daemon, for agents and status
+  Limits limits;
+  store::UploadLimits uploads;
+};
+
+class Server {
+ public:
+  /// REQUIRES: the io_context and the threads outlive the server, and once start() succeeded, drain() has ended before
+  /// the server goes.
+  Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Scheduler scheduler,
+         ServerOptions options);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// Opens the listeners and begins to accept. A sentence if that is not possible.
+  std::optional<std::string> start();
+
+  /// Takes nothing new, lets running transfers end (at most limits.drain), closes everybody, and returns when nothing
+  /// is left. False if something would not end.
+  awaitable<bool> drain();
+
+  [[nodiscard]] std::uint16_t request_port() const { return request_port_; }
+  [[nodiscard]] std::uint16_t data_port() const { return context_.data_port; }
+  [[nodiscard]] std::size_t sessions() const { return sessions_.size(); }
+
+ private:
+  void accept_request(asio::ip::tcp::socket socket);
+  void accept_data(asio::ip::tcp::socket socket);
+  void accept_admin(asio::local::stream_protocol::socket socket);
+  awaitable<void> serve_session(std::shared_ptr<Session> session);
+  awaitable<void> serve_data(std::shared_ptr<Channel> channel);
+  awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
+  /// Tells a connection that it cannot stay.
+  awaitable<void> turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text);
+  void close_listeners();
+  StatusReport status() const;
+
+  const ServerOptions options_;
+  TaskGroup tasks_;
+  Catalog catalog_;
+  Dispatcher dispatcher_;
+  JoinTable tokens_;
+  SessionContext context_;
+  AdminContext admin_context_;
+  TcpAcceptor requests_;
+  TcpAcceptor data_;
+  UnixAcceptor admin_;
+  std::uint16_t request_port_ = 0;
+  std::uint64_t next_key_ = 1;
+  std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
+  std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;
+  std::map<std::uint64_t, std::weak_ptr<Channel>> joining_;  ///< data connections that have not joined yet
+  std::size_t turned_away_ = 0;                              ///< connections that are being told to go
+  std::uint64_t admin_inode_ = 0;
+  Clock::time_point started_;
+  std::int64_t started_at_ = 0;
+};
+
+}  // namespace pmcd::net

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// The ioctl and socket options that Asio does not wrap.
+#include "daemon/net/socket_state.h"
+
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+namespace pmcd::net {
+
+std::uint64_t unacknowledged_bytes(int socket) {
+  int bytes = 0;
+  if (::ioctl(socket, SIOCOUTQ, &bytes) != 0 || bytes < 0) return 0;
+  return static_cast<std::uint64_t>(bytes);
+}
+
+std::optional<PeerIdentity> peer_identity(int socket) {
+  ucred credentials{};
+  socklen_t length = sizeof credentials;
+  if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &length) != 0) return std::nullopt;
+  return PeerIdentity{credentials.uid, credentials.pid};
+}
+
+void tune_tcp(int socket) {
+  // Each of these is a courtesy: a socket without it works.
+  const auto set = [socket](int level, int option, int value) {
+    static_cast<void>(::setsockopt(socket, level, option, &value, sizeof value));
+  };
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, 60);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, 15);
+  set(IPPROTO_TCP, TCP_KEEPCNT, 4);
+  set(IPPROTO_TCP, TCP_NODELAY, 1);
+}
+
+}  // namespace pmcd::net

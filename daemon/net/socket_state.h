@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// What only the kernel knows of a socket: unacknowledged bytes, and who is at the other end of a Unix socket.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace pmcd::net {
+
+/// Bytes written to a TCP socket that the peer has not acknowledged (SIOCOUTQ); 0 if the socket is no longer open.
+std::uint64_t unacknowledged_bytes(int socket);
+
+struct PeerIdentity {
+  uid_t uid = 0;
+  pid_t pid = 0;
+};
+
+/// The process that connected to a Unix socket (SO_PEERCRED).
+std::optional<PeerIdentity> peer_identity(int socket);
+
+/// Lets the kernel find out by itself that a silent peer is gone (keep-alive after a minute), and sends without delay.
+void tune_tcp(int socket);
+
+}  // namespace pmcd::net

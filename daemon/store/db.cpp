@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// The thin layer over SQLite's C calls. It knows no table of pmcd.
+#include "daemon/store/db.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace pmcd::store {
+namespace {
+
+constexpr int kBusyMilliseconds = 2000;
+
+ErrorCode error_code(int extended_code) {
+  switch (extended_code & 0xff) {
+    case SQLITE_FULL:
+      return ErrorCode::no_space;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return ErrorCode::database_locked;
+    case SQLITE_CORRUPT:
+      return ErrorCode::database_corrupt;
+    case SQLITE_NOTADB:
+      return ErrorCode::not_a_database;
+    case SQLITE_TOOBIG:
+      return ErrorCode::too_large;
+    default:
+      return ErrorCode::database_failed;
+  }
+}
+
+}  // namespace
+
+Error SqliteError::as_error() const {
+  return {error_code(extended_code_), what()};
+}
+
+Db::Db(const std::string& path) {
+  // SQLite would make the file readable by all; making it first fixes its mode (and that of -wal and -shm, which
+  // follow). Only a new file: closing a descriptor of an existing database would drop locks that this process holds on
+  // it.
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
+  if (fd >= 0) {
+    ::close(fd);
+  } else if (errno != EEXIST) {
+    throw SqliteError(SQLITE_CANTOPEN, path + ": " + std::strerror(errno));
+  }
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
+  handle_.reset(raw);
+  if (raw == nullptr) throw SqliteError(SQLITE_NOMEM, "out of memory while opening " + path);
+  if (code != SQLITE_OK) throw SqliteError(sqlite3_extended_errcode(raw), path + ": " + sqlite3_errmsg(raw));
+  check(sqlite3_extended_result_codes(raw, 1));
+  check(sqlite3_busy_timeout(raw, kBusyMilliseconds));
+}
+
+void Db::check(int code) const {
+  if (code == SQLITE_OK) return;
+  throw SqliteError(sqlite3_extended_errcode(handle_.get()), sqlite3_errmsg(handle_.get()));
+}
+
+void Db::execute(const char* sql) {
+  check(sqlite3_exec(handle_.get(), sql, nullptr, nullptr, nullptr));
+}
+
+std::int64_t Db::number(const char* sql) {
+  Statement statement(*this, sql);
+  return statement.step() ? statement.integer(0) : 0;
+}
+
+std::string Db::text(const char* sql) {
+  Statement statement(*this, sql);
+  return statement.step() ? statement.text(0) : std::string();
+}
+
+Statement::Statement(Db& db, std::string_view sql) : db_(&db) {
+  sqlite3_stmt* raw = nullptr;
+  db.check(sqlite3_prepare_v3(db.handle(), sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT, &raw,
+                              nullptr));
+  if (raw == nullptr) throw SqliteError(SQLITE_ERROR, "empty SQL statement");
+  statement_.reset(raw);
+}
+
+Statement& Statement::bind(int parameter, std::int64_t value) {
+  db_->check(sqlite3_bind_int64(statement_.get(), parameter, value));
+  return *this;
+}
+
+Statement& Statement::bind(int parameter, double value) {
+  db_->check(sqlite3_bind_double(statement_.get(), parameter, value));
+  return *this;
+}
+
+Statement& Statement::bind(int parameter, std::string_view value) {
+  db_->check(sqlite3_bind_text64(statement_.get(), parameter, value.data(), value.size(), SQLITE_STATIC, SQLITE_UTF8));
+  return *this;
+}
+
+Statement& Statement::bind(int parameter, std::span<const std::byte> value) {
+  db_->check(sqlite3_bind_blob64(statement_.get(), parameter, value.data(), value.size(), SQLITE_STATIC));
+  return *this;
+}
+
+Statement& Statement::bind_null(int parameter) {
+  db_->check(sqlite3_bind_null(statement_.get(), parameter));
+  return *this;
+}
+
+bool Statement::step() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  throw SqliteError(sqlite3_extended_errcode(db_->handle()), sqlite3_errmsg(db_->handle()));
+}
+
+void Statement::run() {
+  const ResetAtExit guard(*this);
+  while (step()) {
+  }
+}
+
+void Statement::reset() {
+  // The code of sqlite3_reset repeats the error of the last step, which step() has reported.
+  sqlite3_reset(statement_.get());
+  sqlite3_clear_bindings(statement_.get());
+}
+
+void Statement::expect_type(int column, int type) const {
+  if (sqlite3_column_type(statement_.get(), column) == type) return;
+  throw SqliteError(SQLITE_CORRUPT, std::string("column ") + sqlite3_column_name(statement_.get(), column) +
+                                        " holds a value of the wrong type");
+}
+
+std::int64_t Statement::integer(int column) const {
+  expect_type(column, SQLITE_INTEGER);
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+double Statement::real(int column) const {
+  expect_type(column, SQLITE_FLOAT);
+  return sqlite3_column_double(statement_.get(), column);
+}
+
+std::optional<double> Statement::real_or_null(int column) const {
+  if (sqlite3_column_type(statement_.get(), column) == SQLITE_NULL) return std::nullopt;
+  return real(column);
+}
+
+std::string Statement::text(int column) const {
+  expect_type(column, SQLITE_TEXT);
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
+  if (bytes == nullptr) throw SqliteError(SQLITE_NOMEM, "out of memory");
+  return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+std::vector<std::byte> Statement::blob(int column) const {
+  expect_type(column, SQLITE_BLOB);
+  const auto* bytes = static_cast<const std::byte*>(sqlite3_column_blob(statement_.get(), column));
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
+  if (bytes == nullptr && size != 0) throw SqliteError(SQLITE_NOMEM, "out of memory");
+  return {bytes, bytes + size};
+}
+
+Transaction::Transaction(Db& db) : db_(db) {
+  db_.execute("BEGIN IMMEDIATE");
+}
+
+Transaction::~Transaction() {
+  // An error may have rolled back already; then this one fails, and that is right.
+  if (open_) sqlite3_exec(db_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+  db_.execute("COMMIT");
+  open_ = false;
+}
+
+}  // namespace pmcd::store

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// Errors of the store as values: what is wrong with the database or with the mesh that was handed in. SQLite's own
+// exceptions (db.h) never leave this room.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace pmcd::store {
+
+enum class ErrorCode : std::uint8_t {
+  unknown_mesh,      ///< no mesh has this name, or this mesh is gone
+  unknown_packet,    ///< the mesh has no packet of this number
+  name_taken,        ///< a mesh of this name exists and replacing was not asked for
+  bad_name,          ///< empty or too long
+  bad_directory,     ///< the level directory is damaged or contradicts itself
+  bad_packet,        ///< a packet is damaged, out of order, of another mesh, or not as the directory says
+  incomplete,        ///< the upload has a gap or ends before its last packet
+  too_large,         ///< the upload or one packet is over a limit
+  no_space,          ///< the disk is full
+  database_newer,    ///< written by a newer pmcd
+  not_a_database,    ///< the file is no database, or not one of pmcd
+  database_corrupt,  ///< the database contradicts itself
+  database_locked,   ///< another process holds it
+  database_failed,   ///< any other error of SQLite or of the file system
+};
+
+/// The stable name of a code, for instance "name_taken". Never null.
+const char* error_name(ErrorCode code);
+
+struct Error {
+  ErrorCode code = ErrorCode::database_failed;
+  std::string detail;  ///< one sentence in plain words
+};
+
+/// A value or an Error. REQUIRES: value() only if ok(), error() only if not.
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool ok() const { return state_.index() == 0; }
+  explicit operator bool() const { return ok(); }
+
+  T& value() & { return *std::get_if<0>(&state_); }
+  const T& value() const& { return *std::get_if<0>(&state_); }
+  T value() && { return std::move(*std::get_if<0>(&state_)); }  // by value: safe in a range-for over a temporary
+  [[nodiscard]] const Error& error() const { return *std::get_if<1>(&state_); }
+
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+/// Success without a value.
+struct Done {};
+using Status = Result<Done>;
+
+}  // namespace pmcd::store

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// Writing and reading the mesh list.
+#include "proto/mesh_list.h"
+
+#include <cmath>
+#include <utility>
+
+#include "proto/text.h"
+
+namespace pmcd::proto {
+
+namespace {
+
+constexpr std::size_t kMinEntryBytes = 81;
+constexpr std::uint8_t kLossless = 1;
+constexpr std::uint8_t kFloat64 = 2;
+
+Error malformed(std::size_t where, std::string detail) {
+  return {ErrorCode::malformed, where, std::move(detail)};
+}
+
+}  // namespace
+
+Bytes encode_mesh_list(const std::vector<MeshListEntry>& entries) {
+  ByteWriter writer;
+  writer.u32(static_cast<std::uint32_t>(entries.size()));
+  for (const MeshListEntry& entry : entries) {
+    writer.str8(entry.name);
+    writer.u64(entry.generation);
+    writer.u32(entry.vertices);
+    writer.u32(entry.faces);
+    writer.u32(entry.levels);
+    writer.u64(entry.bytes);
+    writer.u8(static_cast<std::uint8_t>((entry.lossless ? kLossless : 0) | (entry.float64 ? kFloat64 : 0)));
+    writer.u8(entry.bits);
+    writer.u8(entry.format_version);
+    for (const double v : entry.box_min) writer.f64(v);
+    for (const double v : entry.box_max) writer.f64(v);
+  }
+  return writer.take();
+}
+
+Result<std::vector<MeshListEntry>> decode_mesh_list(ByteView bytes) {
+  ByteReader reader(bytes);
+  const std::uint32_t count = reader.u32();
+  if (reader.failed() || count > reader.left() / kMinEntryBytes) {
+    return malformed(0, "the mesh list is too short for the number of meshes that it claims");
+  }
+  std::vector<MeshListEntry> entries;
+  entries.reserve(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::size_t start = reader.position();
+    MeshListEntry entry;
+    entry.name = reader.str8();
+    entry.generation = reader.u64();
+    entry.vertices = reader.u32();
+    entry.faces = reader.u32();
+    entry.levels = reader.u32();
+    entry.bytes = reader.u64();
+    const std::uint8_t flags = reader.u8();
+    entry.lossless = (flags & kLossless) != 0;
+    entry.float64 = (flags & kFloat64) != 0;
+    entry.bits = reader.u8();
+    entry.format_version = reader.u8();
+    bool finite = true;
+    for (double& v : entry.box_min) v = reader.f64(), finite = finite && std::isfinite(v);
+    for (double& v : entry.box_max) v = reader.f64(), finite = finite && std::isfinite(v);
+    if (reader.failed()) return malformed(start, "the mesh list ends within an entry");
+    if (!is_mesh_name(entry.name)) return malformed(start, "the mesh list holds a name that is not allowed");
+    if (!entries.empty() && entry.name <= entries.back().name) {
+      return malformed(start, "the names of the mesh list do not ascend");
+    }
+    if ((flags & ~(kLossless | kFloat64)) != 0) return malformed(start, "unknown flags in the mesh list");
+    if (!finite) return malformed(start, "a bounding box in the mesh list is not finite");
+    entries.push_back(std::move(entry));
+  }
+  if (!reader.finished()) return malformed(reader.position(), "bytes after the last entry of the mesh list");
+  return entries;
+}
+
+}  // namespace pmcd::proto

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "tests/codec/golden.h"
+
+#include <bit>
+#include <cstdio>
+#include <utility>
+
+#include "codec/decoder.h"
+#include "tests/codec/generated.h"
+
+namespace pmcd::codec::testing {
+
+std::vector<GoldenMesh> golden_meshes() {
+  std::vector<GoldenMesh> all;
+  auto add = [&](const char* name, TriangleMesh mesh, std::optional<unsigned> bits, bool cleaning = false,
+                 std::optional<unsigned> levels = std::nullopt) {
+    EncodeOptions options;
+    options.bits = bits;
+    options.cleaning = cleaning;
+    options.max_packets_after_base = levels;
+    all.push_back({name, std::move(mesh), options});
+  };
+  Random random(1906);
+  auto noisy = [&](TriangleMesh mesh, double amplitude) {
+    jitter(mesh, amplitude, random);
+    return mesh;
+  };
+  add("empty", {}, std::nullopt);
+  add("tetrahedron-8", tetrahedron(), 8);
+  add("sphere-12", noisy(sphere(3), 0.02), 12);
+  add("sphere-12-cleaning", noisy(sphere(3), 0.02), 12, true);
+  add("torus-lossless", noisy(torus(10, 8), 0.01), std::nullopt);
+  add("torus-double", as_float64(torus(6, 6), random), std::nullopt);
+  add("plate-16", noisy(holed_plate(2, 2), 0.05), 16);
+  add("grid-10", noisy(grid(14, 11, 6), 0.01), 10);
+  add(
+      "ragged-grid-10-two-levels",
+      [&] {
+        TriangleMesh mesh = grid(10, 10, 2);
+        flip_edges(mesh, 300, random);
+        return mesh;
+      }(),
+      10, false, 2);
+  add(
+      "components-isolated-lossless",
+      [&] {
+        TriangleMesh mesh = joined(joined(noisy(sphere(2), 0.03), scaled(torus(4, 5), 0.125)), single_triangle());
+        add_isolated(mesh, 9, random);
+        sprinkle_zeros(mesh, random);
+        return mesh;
+      }(),
+      std::nullopt);
+  add(
+      "one-point-24",
+      [] {
+        TriangleMesh mesh = sphere(1);
+        mesh.positions.assign(mesh.positions.size(), {-1, 0.5, 4});
+        return mesh;
+      }(),
+      24);
+  return all;
+}
+
+std::uint64_t mesh_digest(const TriangleMesh& mesh) {
+  std::uint64_t digest = 0xCBF29CE484222325u;
+  auto add = [&](std::uint64_t word) {
+    for (unsigned i = 0; i < 8; ++i) digest = (digest ^ ((word >> (8 * i)) & 0xFF)) * 0x100000001B3u;
+  };
+  add(mesh.positions.size());
+  add(mesh.faces.size());
+  for (const Position& p : mesh.positions) {
+    for (double x : p) add(std::bit_cast<std::uint64_t>(x));
+  }
+  for (const Face& f : mesh.faces) {
+    for (std::uint32_t v : f) add(v);
+  }
+  return digest;
+}
+
+std::vector<std::string> level_lines(const std::string& name, const std::vector<std::vector<std::byte>>& packets) {
+  std::vector<std::string> lines;
+  Decoder decoder;
+  for (const std::vector<std::byte>& packet : packets) {
+    const Result<Level> level = decoder.apply(packet);
+    if (!level) return {};
+    std::array<char, 17> digest{};
+    std::snprintf(digest.data(), digest.size(), "%016llx",
+                  static_cast<unsigned long long>(mesh_digest(decoder.mesh())));
+    lines.push_back(name + " " + std::to_string(level->level) + " " + std::to_string(level->vertices) + " " +
+                    std::to_string(level->faces) + " " + digest.data());
+  }
+  return lines;
+}
+
+}  // namespace pmcd::codec::testing

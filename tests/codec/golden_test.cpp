@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The stream as it was agreed: encode() gives exactly the golden files' bytes, and these decode, level by level, to the
+// recorded meshes. A difference means that the format changed, or that two builds do not compute alike.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "codec/packet/directory.h"
+#include "tests/codec/golden.h"
+#include "tests/codec/support.h"
+
+namespace pmcd::codec::testing {
+namespace {
+
+std::vector<std::byte> read_golden(const std::string& name) {
+  std::ifstream file(std::string(PMCD_GOLDEN_DIR) + "/" + name, std::ios::binary);
+  EXPECT_TRUE(file.is_open()) << name;
+  const std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const auto bytes = std::as_bytes(std::span(content.data(), content.size()));
+  return {bytes.begin(), bytes.end()};
+}
+
+std::set<std::string> recorded_lines() {
+  std::ifstream file(std::string(PMCD_GOLDEN_DIR) + "/levels.txt");
+  std::set<std::string> lines;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line[0] != '#') lines.insert(line);
+  }
+  return lines;
+}
+
+TEST(Golden, EncodingGivesTheseBytes) {
+  for (const GoldenMesh& golden : golden_meshes()) {
+    const Result<Encoded> encoded = encode(golden.mesh, golden.options);
+    ASSERT_TRUE(encoded.ok()) << golden.name << ": " << text(encoded.error());
+    const std::vector<std::byte> now = to_file(encoded->packets);
+    const std::vector<std::byte> then = read_golden(golden.name + ".pmcd");
+    EXPECT_EQ(now.size(), then.size()) << golden.name;
+    const auto at = std::mismatch(now.begin(), now.end(), then.begin(), then.end()).first - now.begin();
+    EXPECT_TRUE(now == then) << golden.name << ".pmcd differs from byte " << at << " on";
+  }
+}
+
+TEST(Golden, FilesDecodeToTheRecordedMeshes) {
+  std::set<std::string> lines;
+  for (const GoldenMesh& golden : golden_meshes()) {
+    const std::vector<std::byte> file = read_golden(golden.name + ".pmcd");
+    const Result<ParsedFile> parsed = parse_file(file);
+    ASSERT_TRUE(parsed.ok()) << golden.name << ": " << text(parsed.error());
+    std::vector<std::vector<std::byte>> packets;
+    for (const auto& packet : parsed->packets) packets.emplace_back(packet.begin(), packet.end());
+    const std::vector<std::string> levels = level_lines(golden.name, packets);
+    ASSERT_EQ(levels.size(), packets.size()) << golden.name << " does not decode";
+    lines.insert(levels.begin(), levels.end());
+  }
+  EXPECT_EQ(lines, recorded_lines());
+}
+
+TEST(Golden, LastLevelsAreTheGeneratedMeshes) {
+  for (const GoldenMesh& golden : golden_meshes()) {
+    EXPECT_EQ(round_trip(golden.mesh, golden.options), "") << golden.name;
+  }
+}
+
+TEST(Golden, NoFileIsLeftOver) {
+  std::set<std::string> wanted = {"README.md", "levels.txt"};
+  for (const GoldenMesh& golden : golden_meshes()) wanted.insert(golden.name + ".pmcd");
+  std::set<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(PMCD_GOLDEN_DIR)) {
+    found.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(found, wanted);
+}
+
+}  // namespace
+}  // namespace pmcd::codec::testing

@@ -1,0 +1,463 @@
+// SPDX-License-Identifier: MIT
+// Packets cut, damaged, out of place or forged: an error by name, the decoder stands where it stood and takes the right
+// packet afterwards, and memory stays within its limits.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "codec/decoder.h"
+#include "codec/encoder.h"
+#include "tests/codec/allocations.h"
+#include "tests/codec/forgery.h"
+#include "tests/codec/generated.h"
+#include "tests/codec/support.h"
+
+namespace pmcd::codec::testing {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+std::vector<EncodedPacket> packets_of(const TriangleMesh& mesh, std::optional<unsigned> bits) {
+  EncodeOptions options;
+  options.bits = bits;
+  Result<Encoded> encoded = encode(mesh, options);
+  EXPECT_TRUE(encoded.ok());
+  return encoded ? std::move(encoded).value().packets : std::vector<EncodedPacket>();
+}
+
+TriangleMesh awkward_mesh() {
+  Random random(21);
+  TriangleMesh mesh = joined(joined(sphere(2), grid(7, 7, 2)), tetrahedron());
+  split_faces(mesh, 20, random);
+  jitter(mesh, 0.02, random);
+  add_isolated(mesh, 6, random);
+  return mesh;
+}
+
+// Small enough for every flip of every bit to be decoded, with all that a packet can hold.
+const std::vector<std::vector<EncodedPacket>>& samples() {
+  static const std::vector<std::vector<EncodedPacket>> all = {packets_of(awkward_mesh(), 10),
+                                                              packets_of(awkward_mesh(), std::nullopt)};
+  return all;
+}
+
+// Each packet in turn, before it is applied: `attack(decoder, k)` with the decoder at level k - 1, then the right
+// packet.
+template <typename Attack>
+void at_each_level(const std::vector<EncodedPacket>& packets, const DecoderLimits& limits, Attack attack) {
+  Decoder decoder(limits);
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const TriangleMesh before = k > 0 ? decoder.mesh() : TriangleMesh();
+    attack(decoder, k);
+    ASSERT_EQ(decoder.has_level(), k > 0);
+    if (k > 0) {
+      EXPECT_EQ(decoder.level().level, k - 1);
+      const TriangleMesh after = decoder.mesh();
+      EXPECT_EQ(before.faces, after.faces);
+      EXPECT_EQ(before.positions, after.positions);
+    }
+    const Result<Level> level = decoder.apply(packets[k].bytes);
+    ASSERT_TRUE(level.ok()) << "the right packet " << k << " afterwards: " << text(level.error());
+  }
+}
+
+TEST(HostilePackets, EveryPrefixIsTruncatedAndOneByteMoreIsTrailing) {
+  for (const auto& packets : samples()) {
+    at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+      const Bytes& bytes = packets[k].bytes;
+      for (std::size_t length = 0; length < bytes.size(); ++length) {
+        const Bytes cut(bytes.begin(),
+                        bytes.begin() + static_cast<std::ptrdiff_t>(length));  // so that ASan sees its end
+        const Result<Level> level = decoder.apply(cut);
+        ASSERT_FALSE(level.ok());
+        ASSERT_EQ(level.error().code, ErrorCode::truncated) << text(level.error());
+        ASSERT_EQ(level.error().where, length);
+      }
+      for (unsigned extra : {0u, 1u, 0xFFu}) {
+        Bytes longer = bytes;
+        longer.push_back(static_cast<std::byte>(extra));
+        const Result<Level> level = decoder.apply(longer);
+        ASSERT_FALSE(level.ok());
+        EXPECT_EQ(level.error().code, ErrorCode::trailing_bytes);
+        EXPECT_EQ(level.error().where, bytes.size());
+      }
+    });
+  }
+}
+
+// All positions up to 8 KiB, 2,000 seeded ones above.
+std::vector<std::size_t> positions_to_flip(std::size_t size, Random& random) {
+  std::vector<std::size_t> positions;
+  constexpr std::size_t kAll = 8192;
+  for (std::size_t i = 0; i < std::min(size, kAll); ++i) positions.push_back(i);
+  if (size > kAll) {
+    for (int i = 0; i < 2000; ++i) positions.push_back(kAll + random.bits() % (size - kAll));
+  }
+  return positions;
+}
+
+void expect_flips_refused(const std::vector<EncodedPacket>& packets) {
+  Random random(5);
+  const std::set<ErrorCode> names = {
+      ErrorCode::bad_magic, ErrorCode::unsupported_version, ErrorCode::unsupported_feature, ErrorCode::corrupt_data,
+      ErrorCode::truncated, ErrorCode::trailing_bytes,      ErrorCode::checksum_mismatch};
+  at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+    for (std::size_t at : positions_to_flip(packets[k].bytes.size(), random)) {
+      Bytes damaged = packets[k].bytes;
+      damaged[at] ^= static_cast<std::byte>(1 + random.below(255));
+      const Result<Level> level = decoder.apply(damaged);
+      ASSERT_FALSE(level.ok()) << "packet " << k << " byte " << at;
+      ASSERT_EQ(names.count(level.error().code), 1u) << text(level.error());
+      if (at >= kPacketHeaderBytes) {
+        ASSERT_EQ(level.error().code, ErrorCode::checksum_mismatch);
+      }
+      ASSERT_FALSE(level.error().detail.empty());
+    }
+  });
+}
+
+TEST(HostilePackets, EveryFlippedByteIsRefused) {
+  for (const auto& packets : samples()) expect_flips_refused(packets);
+}
+
+TEST(HostilePackets, FlippedBytesOfLargePacketsAreRefused) {
+  Random random(1);
+  TriangleMesh mesh = sphere(5);
+  jitter(mesh, 0.02, random);
+  const std::vector<EncodedPacket> packets = packets_of(mesh, std::nullopt);
+  ASSERT_GT(packets.back().bytes.size(), 8192u);
+  expect_flips_refused(packets);
+}
+
+TEST(HostilePackets, OutOfOrder) {
+  for (const auto& packets : samples()) {
+    at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+      for (std::size_t other = 0; other < packets.size(); ++other) {
+        if (other == k) continue;
+        const Result<Level> level = decoder.apply(packets[other].bytes);
+        ASSERT_FALSE(level.ok());
+        EXPECT_EQ(level.error().code, ErrorCode::out_of_order) << text(level.error());
+        EXPECT_EQ(level.error().where, other);
+      }
+    });
+    Decoder complete;
+    for (const EncodedPacket& packet : packets) ASSERT_TRUE(complete.apply(packet.bytes).ok());
+    for (const EncodedPacket& packet : packets) {
+      const Result<Level> level = complete.apply(packet.bytes);
+      ASSERT_FALSE(level.ok());
+      EXPECT_EQ(level.error().code, ErrorCode::out_of_order);
+    }
+    EXPECT_TRUE(complete.level().last);
+  }
+}
+
+TEST(HostilePackets, OfAnotherMeshOrAnotherEncoding) {
+  const auto& packets = samples()[0];
+  const std::vector<EncodedPacket> other_mesh = packets_of(torus(20, 20), 10);
+  const std::vector<EncodedPacket> other_bits = packets_of(awkward_mesh(), 11);
+  at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+    if (k == 0) return;
+    for (const auto* other : {&other_mesh, &other_bits, &samples()[1]}) {
+      ASSERT_GT(other->size(), k);
+      const Result<Level> level = decoder.apply((*other)[k].bytes);
+      ASSERT_FALSE(level.ok());
+      EXPECT_EQ(level.error().code, ErrorCode::wrong_mesh) << text(level.error());
+    }
+  });
+}
+
+TEST(HostilePackets, OfAnotherFormatVersion) {
+  const auto& packets = samples()[0];
+  at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+    for (unsigned version : {1u, 2u, 255u}) {
+      Bytes other = packets[k].bytes;
+      other[4] = static_cast<std::byte>((static_cast<unsigned>(other[4]) + version) & 0xFF);
+      const Result<Level> level = decoder.apply(with_right_checksum(other));
+      ASSERT_FALSE(level.ok());
+      EXPECT_EQ(level.error().code, ErrorCode::unsupported_version);
+      EXPECT_EQ(level.error().where, static_cast<unsigned>(other[4]));
+    }
+  });
+}
+
+// At the start of packet 0's payload, for float32.
+constexpr std::size_t kLatticeBytes = 22;
+
+// What a forged packet may end in: any error, or the very level that the honest packet gives.
+struct Outcomes {
+  std::size_t accepted = 0;
+  std::set<ErrorCode> errors;
+};
+
+void expect_harmless(const Bytes& forged, const TriangleMesh& honest, const DecoderLimits& limits,
+                     const std::vector<EncodedPacket>& packets, std::size_t k, Outcomes& outcomes) {
+  Decoder decoder(limits);
+  for (std::size_t i = 0; i < k; ++i) ASSERT_TRUE(decoder.apply(packets[i].bytes).ok());
+  const AllocationMeter meter;
+  const Result<Level> level = decoder.apply(forged);
+  ASSERT_LT(meter.peak(), 2u << 20);
+  if (!level) {
+    outcomes.errors.insert(level.error().code);
+    ASSERT_NE(level.error().code, ErrorCode::internal_error);
+    return;
+  }
+  ++outcomes.accepted;
+  const TriangleMesh mesh = decoder.mesh();
+  ASSERT_EQ(mesh.faces, honest.faces);
+  ASSERT_EQ(mesh.positions, honest.positions);
+}
+
+TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
+  DecoderLimits limits;
+  limits.max_vertices = 2000;
+  limits.max_faces = 4000;
+  for (const auto& packets : samples()) {
+    Outcomes outcomes;
+    std::size_t tried = 0;
+    for (std::size_t k = 0; k < packets.size(); ++k) {
+      Decoder honest;
+      for (std::size_t i = 0; i <= k; ++i) ASSERT_TRUE(honest.apply(packets[i].bytes).ok());
+      const TriangleMesh right = honest.mesh();
+      const Bytes& bytes = packets[k].bytes;
+      for (std::size_t bit = 0; bit<8 * bytes.size(); bit += bytes.size()> 600 ? 5 : 1) {
+        Bytes forged = bytes;
+        forged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
+        expect_harmless(with_right_checksum(forged), right, limits, packets, k, outcomes);
+        if (HasFatalFailure()) FAIL() << "packet " << k << " bit " << bit;
+        ++tried;
+      }
+    }
+    EXPECT_EQ(outcomes.errors.count(ErrorCode::hash_mismatch), 1u);
+    EXPECT_EQ(outcomes.errors.count(ErrorCode::corrupt_data), 1u);
+    EXPECT_EQ(outcomes.errors.count(ErrorCode::limit_exceeded), 1u);
+    EXPECT_EQ(outcomes.errors.count(ErrorCode::checksum_mismatch), 0u);
+    // Only what no level depends on: the generation of packet 0, `last`, the last bits of a stream.
+    EXPECT_LT(outcomes.accepted, tried / 50);
+  }
+}
+
+TEST(HostilePackets, AnotherLatticeBehindARightChecksumIsAnotherMesh) {
+  for (const auto& packets : samples()) {
+    Decoder honest;
+    ASSERT_TRUE(honest.apply(packets[0].bytes).ok());
+    for (std::size_t bit = 8 * kPacketHeaderBytes; bit < 8 * (kPacketHeaderBytes + kLatticeBytes); ++bit) {
+      Bytes forged = packets[0].bytes;
+      forged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
+      Outcomes outcomes;
+      expect_harmless(with_right_checksum(forged), honest.mesh(), {}, packets, 0, outcomes);
+      ASSERT_EQ(outcomes.accepted, 0u) << "bit " << bit;
+    }
+  }
+}
+
+TEST(HostilePackets, RandomPayloadsBehindARightChecksum) {
+  DecoderLimits limits;
+  limits.max_vertices = 2000;
+  limits.max_faces = 4000;
+  Random random(99);
+  for (const auto& packets : samples()) {
+    Outcomes outcomes;
+    for (std::size_t k = 0; k < packets.size(); ++k) {
+      Decoder honest;
+      for (std::size_t i = 0; i <= k; ++i) ASSERT_TRUE(honest.apply(packets[i].bytes).ok());
+      const TriangleMesh right = honest.mesh();
+      for (int run = 0; run < 1200; ++run) {
+        Bytes forged = packets[k].bytes;
+        // Behind the lattice, which has tests of its own; some keep an honest beginning.
+        const std::size_t fixed = kPacketHeaderBytes + (k == 0 ? kLatticeBytes : 0);
+        const std::size_t kept = fixed + (random.one_in(2) ? 0 : random.below(forged.size() - fixed));
+        const unsigned style = random.below(4);
+        for (std::size_t i = kept; i < forged.size(); ++i) {
+          const auto any = static_cast<std::byte>(random.below(256));
+          forged[i] = style == 0
+                          ? std::byte{0}
+                          : (style == 1 ? std::byte{0xFF}
+                                        : (style == 2 ? any : forged[i] ^ (random.one_in(20) ? any : std::byte{0})));
+        }
+        if (random.one_in(3)) forged.resize(kept + random.below(forged.size() - kept + 1));
+        for (std::size_t i = 0; i < 4; ++i) {
+          forged[12 + i] = static_cast<std::byte>(((forged.size() - kPacketHeaderBytes) >> (8 * i)) & 0xFF);
+        }
+        if (random.one_in(3)) {  // other counts, within the limits
+          for (std::size_t at : {16u, 20u}) {
+            const std::uint32_t count = random.below(2000);
+            for (std::size_t i = 0; i < 4; ++i) forged[at + i] = static_cast<std::byte>((count >> (8 * i)) & 0xFF);
+          }
+        }
+        expect_harmless(with_right_checksum(forged), right, limits, packets, k, outcomes);
+        if (HasFatalFailure()) FAIL() << "packet " << k << " run " << run;
+      }
+    }
+    EXPECT_EQ(outcomes.errors.count(ErrorCode::corrupt_data), 1u);
+  }
+}
+
+Result<Level> apply_to_fresh(const Bytes& packet, const DecoderLimits& limits, std::size_t& peak) {
+  Decoder decoder(limits);
+  const AllocationMeter meter;
+  Result<Level> level = decoder.apply(packet);
+  peak = meter.peak();
+  return level;
+}
+
+TEST(HostileClaims, BeyondTheLimitsAreRefusedBeforeAnythingIsAllocated) {
+  DecoderLimits limits;
+  limits.max_vertices = 1000;
+  limits.max_faces = 2000;
+  limits.max_packet_bytes = 4096;
+  const Bytes payload = base_payload([](RangeEncoder& encoder) { encoder.raw(1, 32); });
+  struct Claim {
+    std::uint32_t vertices;
+    std::uint32_t faces;
+    std::uint64_t where;
+  };
+  for (const Claim& claim : {Claim{1001, 4, 1001}, Claim{0xFFFFFFFFu, 4, 0xFFFFFFFFu}, Claim{4, 2001, 2001},
+                             Claim{4, 0xFFFFFFFFu, 0xFFFFFFFFu}, Claim{0x80000000u, 0x80000000u, 0x80000000u}}) {
+    PacketHeader header;
+    header.vertices = claim.vertices;
+    header.faces = claim.faces;
+    std::size_t peak = 0;
+    const Result<Level> level = apply_to_fresh(forged_packet(header, payload), limits, peak);
+    ASSERT_FALSE(level.ok());
+    EXPECT_EQ(level.error().code, ErrorCode::limit_exceeded) << text(level.error());
+    EXPECT_EQ(level.error().where, claim.where);
+    EXPECT_LT(peak, 2048u);
+  }
+  PacketHeader header;
+  header.vertices = 4;
+  header.faces = 4;
+  std::size_t peak = 0;
+  const Result<Level> level = apply_to_fresh(forged_packet(header, Bytes(5000)), limits, peak);
+  ASSERT_FALSE(level.ok());
+  EXPECT_EQ(level.error().code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(level.error().where, 5048u);
+  EXPECT_LT(peak, 2048u);
+}
+
+TEST(HostileClaims, LimitsHoldForEveryPacketNotOnlyTheFirst) {
+  const auto& packets = samples()[0];
+  DecoderLimits limits;
+  limits.max_vertices = packets[1].vertices;
+  Decoder decoder(limits);
+  ASSERT_TRUE(decoder.apply(packets[0].bytes).ok());
+  ASSERT_TRUE(decoder.apply(packets[1].bytes).ok());
+  const Result<Level> level = decoder.apply(packets[2].bytes);
+  ASSERT_FALSE(level.ok());
+  EXPECT_EQ(level.error().code, ErrorCode::limit_exceeded);
+  EXPECT_EQ(level.error().where, packets[2].vertices);
+  EXPECT_EQ(decoder.level().level, 1u);
+}
+
+TEST(HostileClaims, LargeClaimsOfAFewBytesCostLittleMemory) {
+  // Within the default limits, so nothing but the content can refuse them.
+  PacketHeader header;
+  header.vertices = 99'000'000;
+  header.faces = 190'000'000;
+  std::vector<Bytes> payloads;
+  payloads.push_back(base_payload([](RangeEncoder& encoder) { encoder.raw(180'000'000, 32); }));  // components
+  payloads.push_back(base_payload([](RangeEncoder& encoder) {
+    encoder.raw(0, 32);           // no component
+    encoder.raw(1, 1);            // isolated vertices:
+    encoder.raw(98'000'000, 32);  // so many
+  }));
+  payloads.push_back(base_payload([](RangeEncoder&) {}));
+  payloads.push_back(Bytes(22, std::byte{0xFF}));
+  for (const Bytes& payload : payloads) {
+    for (PacketKind kind : {PacketKind::base}) {
+      header.kind = kind;
+      std::size_t peak = 0;
+      const Result<Level> level = apply_to_fresh(forged_packet(header, payload), {}, peak);
+      ASSERT_FALSE(level.ok());
+      EXPECT_LT(peak, 4u << 20) << text(level.error());
+    }
+  }
+}
+
+TEST(HostileClaims, CountsThatTheContentDoesNotKeep) {
+  const auto& packets = samples()[0];
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const Result<PacketHeader> honest = parse_packet_header(packets[k].bytes);
+    ASSERT_TRUE(honest.ok());
+    const auto payload = std::span<const std::byte>(packets[k].bytes).subspan(kPacketHeaderBytes);
+    for (const std::int64_t off : {-1, 1, 2, 1000}) {
+      for (const bool vertices : {false, true}) {
+        PacketHeader header = *honest;
+        std::uint32_t& count = vertices ? header.vertices : header.faces;
+        count = static_cast<std::uint32_t>(count + off);
+        Decoder decoder;
+        for (std::size_t i = 0; i < k; ++i) ASSERT_TRUE(decoder.apply(packets[i].bytes).ok());
+        const Result<Level> level = decoder.apply(forged_packet(header, payload));
+        ASSERT_FALSE(level.ok());
+        EXPECT_EQ(level.error().code, ErrorCode::corrupt_data) << text(level.error());
+      }
+    }
+  }
+}
+
+Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::function<BaseStep(std::uint32_t)>& beyond) {
+  Bytes payload;
+  Lattice lattice;
+  lattice.bits = 12;
+  lattice.step = 1.0 / 4095;
+  append_base_header(payload, lattice, false);
+  LyingSource source(payload, beyond);
+  LevelState state;
+  state.lattice = lattice;
+  (void)code_base_mesh(state, source, vertices, faces);  // what it writes counts, not what it thinks of it
+  source.raw(0, 2);                                      // no isolated vertices, no exactness
+  source.finish();
+  PacketHeader header;
+  header.last = true;
+  header.vertices = vertices;
+  header.faces = faces;
+  return forged_packet(header, payload);
+}
+
+TEST(HostileBase, MeshesThatAreNotManifoldAreRefused) {
+  using enum BaseStep::Kind;
+  // Beyond every open edge the same known vertex: faces over faces.
+  for (std::uint32_t known : {0u, 1u, 2u}) {
+    std::uint32_t asked = 0;
+    const Bytes packet = lying_base(50, 40, [&](std::uint32_t) {
+      return ++asked < 3 ? BaseStep{new_vertex, 0} : BaseStep{known_vertex, known};
+    });
+    Decoder decoder;
+    const Result<Level> level = decoder.apply(packet);
+    ASSERT_FALSE(level.ok());
+    EXPECT_EQ(level.error().code, ErrorCode::corrupt_data) << text(level.error());
+    EXPECT_FALSE(decoder.has_level());
+  }
+}
+
+// One hub, all faces around it, in a packet of a few kilobytes: no step may look at all of the hub's edges. The fan
+// grows across the half-edges that leave the hub, or across those that arrive there.
+double seconds_for_fan(std::uint32_t faces, bool arriving) {
+  using enum BaseStep::Kind;
+  std::uint32_t made = 1;
+  const Bytes packet = lying_base(faces + 2, faces, [&](std::uint32_t h) {
+    const bool of_hub = arriving ? h % 3 == 2 : h == 0 || (h > 2 && h % 3 == 1);
+    if (!of_hub || made == faces) return BaseStep{boundary, 0};
+    ++made;
+    return BaseStep{new_vertex, 0};
+  });
+  EXPECT_EQ(made, faces);
+  EXPECT_LT(packet.size(), faces);
+  Decoder decoder;
+  const auto start = std::chrono::steady_clock::now();
+  (void)decoder.apply(packet);  // refused for its hash at the latest
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+TEST(HostileBase, HugeFanIsReadInLinearTime) {
+  for (const bool arriving : {false, true}) {
+    const double small = seconds_for_fan(10'000, arriving);
+    const double large = seconds_for_fan(40'000, arriving);
+    EXPECT_LT(large, 0.3 + 8 * small) << "four times the faces took " << large / small << " times as long";
+    EXPECT_LT(large, 2.0) << (arriving ? "arriving" : "leaving");
+  }
+}
+
+}  // namespace
+}  // namespace pmcd::codec::testing

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+// docs/PROTOCOL.md against the code: the table of codes, the table of types, the limits and the worked example.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "proto/codes.h"
+#include "proto/mesh_list.h"
+#include "proto/text.h"
+#include "tests/proto/samples.h"
+
+namespace pmcd::proto {
+namespace {
+
+std::vector<std::string> document_lines() {
+  std::ifstream in(PMCD_PROTOCOL_DOCUMENT);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Cells of a table's line, without the blanks and back-quotes around them.
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> out;
+  std::istringstream in(line);
+  std::string cell;
+  std::getline(in, cell, '|');
+  while (std::getline(in, cell, '|')) {
+    const auto first = cell.find_first_not_of(" `");
+    const auto last = cell.find_last_not_of(" `");
+    out.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return out;
+}
+
+/// The lines of the table that follows `heading`, without its two head lines.
+std::vector<std::vector<std::string>> table_after(const std::string& heading) {
+  std::vector<std::vector<std::string>> rows;
+  bool below = false;
+  for (const std::string& line : document_lines()) {
+    if (line.rfind('#', 0) == 0) {
+      if (below) break;
+      below = line == heading;
+    } else if (below && line.rfind('|', 0) == 0) {
+      rows.push_back(cells(line));
+    }
+  }
+  if (rows.size() >= 2) rows.erase(rows.begin(), rows.begin() + 2);
+  return rows;
+}
+
+std::string hex16(std::uint16_t value) {
+  std::ostringstream out;
+  out << "0x" << std::hex;
+  out.width(4);
+  out.fill('0');
+  out << value;
+  return out.str();
+}
+
+TEST(Document, TableOfCodes) {
+  std::vector<std::vector<std::string>> expected;
+  for (const CodeInfo& info : all_codes()) {
+    expected.push_back({std::to_string(static_cast<std::uint16_t>(info.code)), std::string(info.name),
+                        std::string(ends_name(info.ends)), std::string(info.sentence)});
+  }
+  const auto rows = table_after("## Error codes");
+  ASSERT_EQ(rows.size(), expected.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(rows[i], expected[i]) << "line " << i;
+}
+
+TEST(Document, TablesOfTypes) {
+  std::map<std::string, std::string> documented;
+  for (const char* heading : {"## Messages of a session", "## The admin channel"}) {
+    for (const auto& row : table_after(heading)) {
+      ASSERT_GE(row.size(), 2u);
+      EXPECT_TRUE(documented.emplace(row[0], row[1]).second) << row[0] << " stands twice";
+    }
+  }
+  std::map<std::string, std::string> known;
+  for (unsigned type = 0; type <= 0xffff; ++type) {
+    const auto number = static_cast<std::uint16_t>(type);
+    if (const char* name = type_name(number)) known.emplace(hex16(number), name);
+  }
+  EXPECT_EQ(documented, known);
+}
+
+TEST(Document, Limits) {
+  std::map<std::string, std::string> documented;
+  for (const auto& row : table_after("## Limits")) {
+    ASSERT_GE(row.size(), 2u);
+    documented.emplace(row[0], row[1]);
+  }
+  const std::map<std::string, std::string> expected{
+      {"length field, client to server", std::to_string(kMaxClientFrame)},
+      {"length field, server to client, request channel", std::to_string(kMaxAnswerFrame)},
+      {"length field, server to client, data channel", std::to_string(kMaxDataFrame)},
+      {"length field, admin channel, both ways", std::to_string(kMaxAdminFrame)},
+      {"bytes in a chunk, an ingest_data or an admin_answer", std::to_string(kMaxChunkBytes)},
+      {"bytes of a level directory", std::to_string(kMaxDirectoryBytes)},
+      {"open requests of a session", std::to_string(kMaxOpenRequests)},
+      {"bytes of a mesh name", std::to_string(kMaxNameBytes)},
+      {"bytes of an agent's name", std::to_string(kMaxAgentBytes)},
+      {"bytes of an error's text", std::to_string(kMaxErrorTextBytes)},
+      {"seconds a token is good", std::to_string(kJoinSeconds)},
+  };
+  EXPECT_EQ(documented, expected);
+}
+
+/// The worked example as the document should have it: label, frame.
+std::vector<std::pair<std::string, Bytes>> example() {
+  const ChunkHeader header{1, 1, 0, 0, 10};
+  const Bytes packet = testing::text_bytes("0123456789");
+  ChunkHeader second = header;
+  second.offset = 6;
+  return {
+      {"client, request: hello", encode(Hello{{1, 0}, "example 1"})},
+      {"server, request: hello_ok", encode(HelloOk{{1, 0}, testing::counting_token(), 7622, 30, 8, "pmcd 0.1.0"})},
+      {"client, data: join", encode(Join{{1, 0}, testing::counting_token()})},
+      {"server, data: join_ok", encode(JoinOk{{1, 0}})},
+      {"client, request: get_base_mesh", encode(GetBaseMesh{1, "cube"})},
+      {"server, request: mesh_opened", encode(MeshOpened{1, 1, 0x1122334455667788, testing::text_bytes("DIRECTORY")})},
+      {"server, data: chunk", testing::chunk_frame(header, ByteView(packet).first(6))},
+      {"server, data: chunk", testing::chunk_frame(second, ByteView(packet).subspan(6))},
+      {"server, data: transfer_end", encode(TransferEnd{1, TransferResult::complete, ErrorCode::none})},
+      {"client, request: get_next_packet", encode(GetNextPacket{2, 0})},
+      {"server, data: transfer_end", encode(TransferEnd{2, TransferResult::end_of_mesh, ErrorCode::none})},
+      {"client, request: get_base_mesh", encode(GetBaseMesh{3, "sphere"})},
+      {"server, request: error", encode(ErrorMessage{3, ErrorCode::unknown_mesh, "there is no mesh \"sphere\""})},
+      {"client, request: goodbye", encode(Goodbye{})},
+  };
+}
+
+TEST(Document, WorkedExample) {
+  std::vector<std::pair<std::string, Bytes>> documented;
+  bool below = false;
+  bool fenced = false;
+  for (const std::string& line : document_lines()) {
+    if (line.rfind("## ", 0) == 0) below = line == "## A worked example";
+    if (!below) continue;
+    if (line.rfind("```", 0) == 0) {
+      fenced = !fenced;
+    } else if (fenced && line.rfind("# ", 0) == 0) {
+      documented.emplace_back(line.substr(2), Bytes{});
+    } else if (fenced && !documented.empty()) {
+      const Bytes more = testing::from_hex(line);
+      documented.back().second.insert(documented.back().second.end(), more.begin(), more.end());
+    }
+  }
+  const auto expected = example();
+  ASSERT_EQ(documented.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(documented[i].first, expected[i].first) << "frame " << i;
+    EXPECT_EQ(testing::to_hex(documented[i].second), testing::to_hex(expected[i].second)) << expected[i].first;
+  }
+}
+
+}  // namespace
+}  // namespace pmcd::proto

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+// The mesh database: what goes in comes out, also after a reopening; what is refused leaves no trace.
+#include "daemon/store/mesh_store.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "codec/packet/header.h"
+#include "daemon/store/db.h"
+#include "daemon/store/schema.h"
+#include "tests/store/fake_mesh.h"
+#include "tests/store/outcome.h"
+
+namespace pmcd::store {
+namespace {
+
+using test::fake_mesh;
+using test::FakeMesh;
+
+class MeshStoreTest : public ::testing::Test {
+ protected:
+  MeshStoreTest() { reopen(); }
+
+  void reopen() {
+    store_.reset();
+    auto opened = MeshStore::open(path_);
+    ASSERT_TRUE(opened.ok()) << opened.error().detail;
+    store_ = std::move(opened).value();
+  }
+
+  Result<Inserted> insert(const std::string& name, const FakeMesh& mesh, bool replace = false) {
+    const auto spans = mesh.spans();
+    return store_->insert({name, replace, mesh.directory, spans});
+  }
+
+  /// The code with which `mesh` is refused, after a check that nothing of it is there.
+  ErrorCode refused(const FakeMesh& mesh) {
+    const auto result = insert("refused", mesh);
+    EXPECT_FALSE(result.ok());
+    if (result.ok()) return ErrorCode::database_failed;
+    EXPECT_FALSE(result.error().detail.empty());
+    EXPECT_TRUE(store_->list().value().empty());
+    EXPECT_EQ(Db(path_).number("SELECT count(*) FROM packet"), 0);
+    return result.error().code;
+  }
+
+  void expect_equal(const std::string& name, const FakeMesh& mesh) {
+    const auto found = store_->find(name);
+    ASSERT_TRUE(found.ok()) << found.error().detail;
+    const MeshSummary& summary = found.value().summary;
+    EXPECT_EQ(summary.name, name);
+    EXPECT_EQ(summary.generation, mesh.directory.generation);
+    EXPECT_EQ(summary.format_version, mesh.directory.format_version);
+    EXPECT_EQ(summary.lossless, mesh.directory.lossless);
+    EXPECT_EQ(summary.lattice.scalar, mesh.directory.lattice.scalar);
+    EXPECT_EQ(summary.lattice.bits, mesh.directory.lattice.bits);
+    EXPECT_EQ(summary.lattice.min, mesh.directory.lattice.min);
+    EXPECT_EQ(summary.lattice.step, mesh.directory.lattice.step);
+    EXPECT_EQ(summary.box_min, mesh.directory.box_min);
+    EXPECT_EQ(summary.box_max, mesh.directory.box_max);
+    EXPECT_EQ(summary.vertices, mesh.directory.levels.back().vertices);
+    EXPECT_EQ(summary.faces, mesh.directory.levels.back().faces);
+    EXPECT_EQ(summary.packets, mesh.packets.size());
+    std::uint64_t bytes = 0;
+    ASSERT_EQ(found.value().levels.size(), mesh.packets.size());
+    for (std::size_t level = 0; level < mesh.packets.size(); ++level) {
+      const codec::LevelEntry& got = found.value().levels[level];
+      const codec::LevelEntry& expected = mesh.directory.levels[level];
+      EXPECT_EQ(got.bytes, expected.bytes);
+      EXPECT_EQ(got.vertices, expected.vertices);
+      EXPECT_EQ(got.faces, expected.faces);
+      EXPECT_EQ(got.crc32c, expected.crc32c);
+      EXPECT_EQ(got.error_rms, expected.error_rms);
+      EXPECT_EQ(got.error_max, expected.error_max);
+      const auto packet = store_->read_packet(summary.id, static_cast<std::uint32_t>(level));
+      ASSERT_TRUE(packet.ok()) << packet.error().detail;
+      EXPECT_EQ(packet.value(), mesh.packets[level]);
+      bytes += expected.bytes;
+    }
+    EXPECT_EQ(summary.bytes, bytes);
+  }
+
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_.file("meshes.db");
+  std::unique_ptr<MeshStore> store_;
+};
+
+TEST_F(MeshStoreTest, KeepsEveryValueAlsoAfterReopening) {
+  const FakeMesh bunny = fake_mesh(1, {100, 0, 50'000, 300'000});
+  const FakeMesh horse = fake_mesh(2, {7});
+  const auto inserted = insert("bunny", bunny);
+  ASSERT_TRUE(inserted.ok()) << inserted.error().detail;
+  EXPECT_FALSE(inserted.value().replaced);
+  EXPECT_EQ(inserted.value().mesh.packets, 4U);
+  EXPECT_GT(inserted.value().mesh.added_at, 1'700'000'000);
+  ASSERT_TRUE(insert("horse", horse).ok());
+  expect_equal("bunny", bunny);
+  reopen();
+  expect_equal("bunny", bunny);
+  expect_equal("horse", horse);
+}
+
+TEST_F(MeshStoreTest, ListsByName) {
+  EXPECT_TRUE(store_->list().value().empty());
+  for (const char* name : {"b", "a", "\xc3\xa9", "B"}) ASSERT_TRUE(insert(name, fake_mesh(3, {1, 2})).ok());
+  std::vector<std::string> names;
+  for (const MeshSummary& mesh : store_->list().value()) names.push_back(mesh.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"B", "a", "b", "\xc3\xa9"}));
+}
+
+TEST_F(MeshStoreTest, NameTakenUnlessReplacing) {
+  const FakeMesh first = fake_mesh(4, {100, 100});
+  const FakeMesh second = fake_mesh(5, {10, 10, 10});
+  ASSERT_TRUE(insert("m", first).ok());
+  const auto id = store_->find("m").value().summary.id;
+  const auto refused = insert("m", second);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(outcome(refused), "name_taken");
+  expect_equal("m", first);
+  const auto replaced = insert("m", second, true);
+  ASSERT_TRUE(replaced.ok());
+  EXPECT_TRUE(replaced.value().replaced);
+  EXPECT_NE(replaced.value().mesh.id, id);
+  expect_equal("m", second);
+  EXPECT_EQ(store_->list().value().size(), 1U);
+  EXPECT_EQ(outcome(store_->read_packet(id, 0)), "unknown_mesh") << "the old id must not see the new mesh";
+  EXPECT_EQ(Db(path_).number("SELECT count(*) FROM packet"), 3);
+}
+
+TEST_F(MeshStoreTest, RefusedReplacementKeepsTheOldMesh) {
+  const FakeMesh first = fake_mesh(4, {100, 100});
+  FakeMesh broken = fake_mesh(5, {10, 10});
+  broken.packets[1][50] ^= std::byte{1};
+  ASSERT_TRUE(insert("m", first).ok());
+  EXPECT_EQ(outcome(insert("m", broken, true)), "bad_packet");
+  expect_equal("m", first);
+}
+
+TEST_F(MeshStoreTest, RemovesWithAllPackets) {
+  ASSERT_TRUE(insert("m", fake_mesh(6, {1, 2, 3})).ok());
+  const auto id = store_->find("m").value().summary.id;
+  const auto removed = store_->remove("m");
+  ASSERT_TRUE(removed.ok());
+  EXPECT_EQ(removed.value().packets, 3U);
+  EXPECT_EQ(outcome(store_->find("m")), "unknown_mesh");
+  EXPECT_EQ(outcome(store_->read_packet(id, 0)), "unknown_mesh");
+  EXPECT_EQ(outcome(store_->remove("m")), "unknown_mesh");
+  EXPECT_EQ(Db(path_).number("SELECT count(*) FROM packet"), 0);
+  ASSERT_TRUE(insert("m", fake_mesh(6, {1, 2, 3})).ok());
+  EXPECT_NE(store_->find("m").value().summary.id, id) << "ids are never reused";
+}
+
+TEST_F(MeshStoreTest, UnknownPacket) {
+  ASSERT_TRUE(insert("m", fake_mesh(6, {1, 2})).ok());
+  const auto id = store_->find("m").value().summary.id;
+  EXPECT_EQ(outcome(store_->read_packet(id, 2)), "unknown_packet");
+}
+
+TEST_F(MeshStoreTest, RefusesBadNames) {
+  for (const std::string& name : {std::string(), std::string(kMaxNameBytes + 1, 'x')}) {
+    EXPECT_EQ(outcome(insert(name, fake_mesh(1, {1}))), "bad_name");
+  }
+  EXPECT_TRUE(insert(std::string(kMaxNameBytes, 'x'), fake_mesh(1, {1})).ok());
+}
+
+TEST_F(MeshStoreTest, RefusesDamagedPackets) {
+  FakeMesh mesh = fake_mesh(7, {20, 30, 40});
+  for (const std::size_t at : {std::size_t{0}, std::size_t{4}, std::size_t{20}, std::size_t{47}, std::size_t{77}}) {
+    FakeMesh flipped = mesh;
+    flipped.packets[1][at] ^= std::byte{4};
+    EXPECT_EQ(refused(flipped), ErrorCode::bad_packet) << "byte " << at;
+  }
+  FakeMesh cut = mesh;
+  cut.packets[2].pop_back();
+  EXPECT_EQ(refused(cut), ErrorCode::bad_packet);
+  FakeMesh longer = mesh;
+  longer.packets[0].push_back(std::byte{0});
+  EXPECT_EQ(refused(longer), ErrorCode::bad_packet);
+}
+
+TEST_F(MeshStoreTest, RefusesPacketsThatAreNotWhatTheDirectorySays) {
+  const FakeMesh mesh = fake_mesh(8, {20, 20, 20});
+  FakeMesh swapped = mesh;
+  std::swap(swapped.packets[1], swapped.packets[2]);
+  EXPECT_EQ(refused(swapped), ErrorCode::bad_packet);
+  FakeMesh missing = mesh;
+  missing.packets.pop_back();
+  EXPECT_EQ(refused(missing), ErrorCode::bad_packet);
+  FakeMesh too_many = mesh;
+  too_many.packets.push_back(mesh.packets[2]);
+  EXPECT_EQ(refused(too_many), ErrorCode::bad_packet);
+  FakeMesh truncated = mesh;  // directory and packets agree, but no packet is marked as the last
+  truncated.packets.pop_back();
+  truncated.directory.levels.pop_back();
+  EXPECT_EQ(refused(truncated), ErrorCode::bad_packet);
+  FakeMesh of_another = mesh;
+  of_another.packets[1] = fake_mesh(9, {20, 20, 20}).packets[1];
+  of_another.directory.levels[1].crc32c = codec::parse_packet_header(of_another.packets[1]).value().crc32c;
+  EXPECT_EQ(refused(of_another), ErrorCode::bad_packet);
+  for (int field = 0; field < 4; ++field) {
+    FakeMesh wrong = mesh;
+    codec::LevelEntry& entry = wrong.directory.levels[1];
+    ++(field == 0 ? entry.bytes : field == 1 ? entry.vertices : field == 2 ? entry.faces : entry.crc32c);
+    EXPECT_EQ(refused(wrong), ErrorCode::bad_packet) << "field " << field;
+  }
+}
+
+TEST_F(MeshStoreTest, RefusesDirectoriesThatItCannotStore) {
+  FakeMesh empty;
+  empty.directory.format_version = codec::kFormatVersion;
+  EXPECT_EQ(refused(empty), ErrorCode::bad_directory);
+  FakeMesh version = fake_mesh(10, {1});
+  ++version.directory.format_version;
+  EXPECT_EQ(refused(version), ErrorCode::bad_directory);
+  EXPECT_EQ(refused(fake_mesh(11, std::vector<std::size_t>(kMaxLevels + 1, 0))), ErrorCode::too_large);
+  EXPECT_TRUE(insert("most", fake_mesh(11, std::vector<std::size_t>(kMaxLevels, 0))).ok());
+}
+
+TEST_F(MeshStoreTest, DamageInTheDatabaseIsNamed) {
+  const FakeMesh mesh = fake_mesh(12, {20, 30, 40});
+  ASSERT_TRUE(insert("m", mesh).ok());
+  const auto id = store_->find("m").value().summary.id;
+  Db db(path_);
+  db.execute("UPDATE packet SET data = zeroblob(78) WHERE level = 1");
+  EXPECT_EQ(outcome(store_->read_packet(id, 1)), "database_corrupt");
+  EXPECT_EQ(store_->read_packet(id, 2).value(), mesh.packets[2]);
+  db.execute("DELETE FROM packet WHERE level = 1");
+  EXPECT_EQ(outcome(store_->find("m")), "database_corrupt");
+  EXPECT_EQ(store_->read_packet(id, 2).value(), mesh.packets[2]);
+  db.execute("UPDATE mesh SET vertices = -1");
+  EXPECT_EQ(outcome(store_->list()), "database_corrupt");
+}
+
+TEST_F(MeshStoreTest, WritesAheadAndSyncs) {
+  Db db(path_);
+  EXPECT_EQ(db.text("PRAGMA journal_mode"), "wal");
+  ASSERT_TRUE(prepare_database(db).ok());
+  EXPECT_EQ(db.number("PRAGMA synchronous"), 2);
+  EXPECT_EQ(db.number("PRAGMA foreign_keys"), 1);
+  EXPECT_EQ(db.number("PRAGMA user_version"), kSchemaVersion);
+}
+
+TEST_F(MeshStoreTest, LockedDatabaseIsNamedAndRecovers) {
+  Db other(path_);
+  {
+    const Transaction writing(other);
+    EXPECT_EQ(outcome(insert("m", fake_mesh(1, {1}))), "database_locked");
+    EXPECT_TRUE(store_->list().ok()) << "readers do not wait for a writer";
+  }
+  EXPECT_TRUE(insert("m", fake_mesh(1, {1})).ok());
+}
+
+TEST_F(MeshStoreTest, WriteThatFailsHalfWayLeavesNothing) {
+  ASSERT_TRUE(insert("small", fake_mesh(1, {10})).ok());
+  // A limit on file sizes stands in for a full disk.
+  auto* const before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);
+  const rlimit small{1'000'000, limit.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto failed = insert("big", fake_mesh(2, {2'000'000, 2'000'000}));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::signal(SIGXFSZ, before);
+  ASSERT_FALSE(failed.ok());
+  EXPECT_EQ(store_->list().value().size(), 1U);
+  expect_equal("small", fake_mesh(1, {10}));
+  ASSERT_TRUE(insert("big", fake_mesh(2, {2'000'000, 2'000'000})).ok());
+  reopen();
+  expect_equal("big", fake_mesh(2, {2'000'000, 2'000'000}));
+}
+
+TEST(MeshStoreOpen, RefusesNewerSchema) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.file("meshes.db");
+  ASSERT_TRUE(MeshStore::open(path).ok());
+  Db(path).execute("PRAGMA user_version = 2");
+  const auto opened = MeshStore::open(path);
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(outcome(opened), "database_newer");
+  EXPECT_EQ(opened.error().detail, "the database has schema version 2, this pmcd knows versions up to 1");
+}
+
+TEST(MeshStoreOpen, RefusesFilesOfOthers) {
+  const test::TemporaryFolder folder;
+  const std::string text = folder.file("text.db");
+  std::ofstream(text) << std::string(5000, 'x');
+  EXPECT_EQ(outcome(MeshStore::open(text)), "not_a_database");
+  const std::string other = folder.file("other.db");
+  Db(other).execute("CREATE TABLE t (x)");
+  EXPECT_EQ(outcome(MeshStore::open(other)), "not_a_database");
+  EXPECT_EQ(Db(other).text("PRAGMA journal_mode"), "delete") << "a database of others is not touched";
+  const auto missing = MeshStore::open(folder.file("no/such/folder.db"));
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(outcome(missing), "database_failed");
+  EXPECT_NE(missing.error().detail.find("No such file or directory"), std::string::npos);
+}
+
+TEST(MeshStoreOpen, MakesAnEmptyDatabaseThatOthersCannotRead) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.file("meshes.db");
+  ASSERT_TRUE(MeshStore::open(path).ok());
+  struct stat status {};
+  ASSERT_EQ(::stat(path.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0007U, 0U);
+  // An empty file is taken as an empty database.
+  const std::string empty = folder.file("empty.db");
+  std::ofstream(empty).flush();
+  EXPECT_TRUE(MeshStore::open(empty).ok());
+}
+
+}  // namespace
+}  // namespace pmcd::store
