@@ -9,6 +9,11 @@ namespace pmcd::codec {
 
 std::uint64_t mesh_hash(const LevelState& state) {
   Hash64 hash;
+  // What the numbers mean is part of the mesh.
+  hash.add((std::uint64_t{state.lattice.bits} << 2) | (state.lattice.scalar == Scalar::float64 ? 2u : 0u) |
+           (state.lossless ? 1u : 0u));
+  for (double value : state.lattice.min) hash.add(std::bit_cast<std::uint64_t>(value));
+  hash.add(std::bit_cast<std::uint64_t>(state.lattice.step));
   hash.add(state.points.size());
   hash.add(state.mesh.face_count());
   for (const LatticePoint& p : state.points) {

@@ -41,7 +41,8 @@ struct LevelState {
   bool last = false;
 };
 
-/// The hash that a packet promises: lattice points and faces in decoder order, and the exact coordinates' bits.
+/// The hash that a packet promises: the lattice, lattice points and faces in decoder order, the exact coordinates'
+/// bits.
 std::uint64_t mesh_hash(const LevelState& state);
 
 /// The level as a mesh: exact coordinates when they are known, else those of the lattice.

@@ -30,8 +30,9 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
 
   std::vector<Face> faces;
   std::vector<std::uint8_t> closed;       // by half-edge: has its opposite, or is boundary
-  std::vector<std::uint32_t> first_from;  // by vertex: head of the list of half-edges that leave it
-  std::vector<std::uint32_t> next_from;   // by half-edge
+  std::vector<std::uint32_t> first_open;  // by vertex: head of the list of open half-edges that leave it
+  std::vector<std::uint32_t> next_open;   // by half-edge
+  std::uint64_t steps = 0;                // over open half-edges in search of another
   std::vector<Reference> reference;       // by vertex
   std::vector<std::uint32_t> queue;
   AdaptiveBit is_boundary;
@@ -39,31 +40,38 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
 
   auto add_vertex = [&](const Reference& from) {
     reference.push_back(from);
-    first_from.push_back(kNone);
+    first_open.push_back(kNone);
     return static_cast<std::uint32_t>(reference.size() - 1);
   };
   auto origin = [&](std::uint32_t h) { return faces[h / 3][h % 3]; };
   auto target = [&](std::uint32_t h) { return faces[h / 3][(h + 1) % 3]; };
-  auto close_against = [&](std::uint32_t h) {
-    for (std::uint32_t g = first_from[target(h)]; g != kNone; g = next_from[g]) {
-      if (closed[g] == 0 && target(g) == origin(h)) {
+  // Closes h against the open half-edge that runs the other way, if there is one; else h is open itself.
+  auto close_or_open = [&](std::uint32_t h) {
+    std::uint32_t* link = &first_open[target(h)];
+    while (*link != kNone) {
+      const std::uint32_t g = *link;
+      if (closed[g] != 0) {  // turned out to be boundary
+        *link = next_open[g];
+        continue;
+      }
+      if (target(g) == origin(h)) {
         closed[g] = closed[h] = 1;
+        *link = next_open[g];
         return;
       }
+      link = &next_open[g];
+      ++steps;
     }
+    next_open[h] = first_open[origin(h)];
+    first_open[origin(h)] = h;
+    queue.push_back(h);
   };
   auto add_face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const auto face = static_cast<std::uint32_t>(faces.size());
     faces.push_back({a, b, c});
-    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
-      closed.push_back(0);
-      next_from.push_back(first_from[origin(h)]);
-      first_from[origin(h)] = h;
-    }
-    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
-      close_against(h);
-      if (closed[h] == 0) queue.push_back(h);
-    }
+    closed.resize(closed.size() + 3, 0);
+    next_open.resize(next_open.size() + 3, kNone);
+    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) close_or_open(h);
     return face;
   };
 
@@ -87,7 +95,9 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
         closed[h] = 1;
         continue;
       }
-      if (faces.size() == max_faces || source.failed()) return corrupt;
+      // Only a forger piles up open edges at one vertex, to make the search for them long.
+      const bool tangled = steps > 1000 + 64 * std::uint64_t{faces.size()};
+      if (faces.size() == max_faces || tangled || source.failed()) return corrupt;
       std::uint32_t vertex = 0;
       const auto known = static_cast<std::uint32_t>(reference.size()) - first;
       if (source.bit(is_new, wanted.kind == BaseStep::Kind::new_vertex)) {
