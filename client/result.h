@@ -5,9 +5,8 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
-#include <variant>
 
+#include "codec/result.h"
 #include "proto/codes.h"
 
 namespace pmcd::client {
@@ -33,28 +32,7 @@ struct Error {
   std::string text;                                ///< one sentence that says what happened and, if known, what to do
 };
 
-/// A value or an Error. REQUIRES: value() only if ok(), error() only if not.
 template <typename T>
-class [[nodiscard]] Result {
- public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
-
-  [[nodiscard]] bool ok() const { return state_.index() == 0; }
-  explicit operator bool() const { return ok(); }
-
-  T& value() & { return *std::get_if<0>(&state_); }
-  const T& value() const& { return *std::get_if<0>(&state_); }
-  T value() && { return std::move(*std::get_if<0>(&state_)); }
-  const Error& error() const { return *std::get_if<1>(&state_); }
-
-  T* operator->() { return &value(); }
-  const T* operator->() const { return &value(); }
-  T& operator*() & { return value(); }
-  const T& operator*() const& { return value(); }
-
- private:
-  std::variant<T, Error> state_;
-};
+using Result = codec::Result<T, Error>;
 
 }  // namespace pmcd::client

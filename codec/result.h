@@ -50,12 +50,12 @@ struct Error {
   std::string detail;       ///< one sentence in plain words, without file name
 };
 
-/// A value or an Error. REQUIRES: value() only if ok(), error() only if not.
-template <typename T>
+/// A value or an error. REQUIRES: value() only if ok(), error() only if not.
+template <typename T, typename E = Error>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Result(E error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
@@ -63,7 +63,8 @@ class [[nodiscard]] Result {
   T& value() & { return *std::get_if<0>(&state_); }
   const T& value() const& { return *std::get_if<0>(&state_); }
   T value() && { return std::move(*std::get_if<0>(&state_)); }  // by value: a temporary in a range-for must not dangle
-  const Error& error() const { return *std::get_if<1>(&state_); }
+  const E& error() const { return *std::get_if<1>(&state_); }
+  E& error() { return *std::get_if<1>(&state_); }
 
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
@@ -71,7 +72,7 @@ class [[nodiscard]] Result {
   const T& operator*() const& { return value(); }
 
  private:
-  std::variant<T, Error> state_;
+  std::variant<T, E> state_;
 };
 
 /// Success without a value, or an Error.

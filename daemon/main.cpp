@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
@@ -141,7 +142,7 @@ int serve(const Config& config) {
 }  // namespace
 }  // namespace pmcd
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   const auto read = pmcd::read_config(argc, argv, PMCD_VERSION);
   if (const auto* answer = std::get_if<pmcd::ConfigAnswer>(&read)) {
     std::fputs(answer->text.c_str(), stdout);
@@ -158,4 +159,7 @@ int main(int argc, char** argv) {
   }
   pmcd::set_up_log(config.log_level);
   return pmcd::serve(config);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "pmcd: %s\n", error.what());
+  return pmcd::kFailed;
 }

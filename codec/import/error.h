@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
-#include <variant>
+
+#include "codec/result.h"
 
 namespace pmcd::import {
 
@@ -59,31 +59,8 @@ struct ImportError {
 /// One line for a person: "bunny.ply:17: ... [malformed]" or "bunny.ply: byte 300: ... [truncated]".
 std::string to_line(const ImportError& error);
 
-/// A value or an ImportError. REQUIRES: value() only if ok(), error() only if not.
 template <typename T>
-class [[nodiscard]] ImportResult {
- public:
-  ImportResult(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
-  ImportResult(ImportError error)
-      : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
-
-  [[nodiscard]] bool ok() const { return state_.index() == 0; }
-  explicit operator bool() const { return ok(); }
-
-  T& value() & { return *std::get_if<0>(&state_); }
-  const T& value() const& { return *std::get_if<0>(&state_); }
-  T&& value() && { return std::move(*std::get_if<0>(&state_)); }
-  const ImportError& error() const { return *std::get_if<1>(&state_); }
-  ImportError& error() { return *std::get_if<1>(&state_); }
-
-  T* operator->() { return &value(); }
-  const T* operator->() const { return &value(); }
-  T& operator*() & { return value(); }
-  const T& operator*() const& { return value(); }
-
- private:
-  std::variant<T, ImportError> state_;
-};
+using ImportResult = codec::Result<T, ImportError>;
 
 /// Success without a value, or an ImportError: empty means success.
 using ImportFailure = std::optional<ImportError>;

@@ -276,7 +276,8 @@ bool AdminConnection::end_with(ErrorCode code, std::string_view text) {
 void AdminConnection::log(std::string_view command, std::string_view name, std::string_view result) const {
   const bool named = !name.empty();
   spdlog::info("admin {}: {}{}{}{}: {}", who_, command, named ? " \"" : "",
-               proto::printable(name, proto::kMaxNameBytes), named ? "\"" : "", result);
+               proto::printable(name, proto::kMaxNameBytes), named ? "\"" : "",
+               proto::printable(result, proto::kMaxErrorTextBytes));
 }
 
 }  // namespace pmcd::net

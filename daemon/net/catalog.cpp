@@ -118,9 +118,9 @@ awaitable<store::Result<store::MeshSummary>> Catalog::remove(std::string name) {
 
 awaitable<store::Result<Catalog::SharedUpload>> Catalog::begin_upload(std::string name, bool replace,
                                                                       proto::Bytes directory) {
-  auto work = [this, name = std::move(name), replace,
+  auto work = [budget = budget_, name = std::move(name), replace,
                directory = std::move(directory)](store::MeshStore& store) -> store::Result<SharedUpload> {
-    auto begun = store::Upload::begin(store, budget_, name, replace, directory);
+    auto begun = store::Upload::begin(store, budget, name, replace, directory);
     if (!begun) return begun.error();
     return SharedUpload(std::move(begun).value());
   };

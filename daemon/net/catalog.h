@@ -28,7 +28,7 @@ class Catalog {
  public:
   /// REQUIRES: the threads outlive the catalog and every coroutine in it.
   Catalog(store::StoreThread& reader, store::StoreThread& writer, const store::UploadLimits& limits)
-      : reader_(reader), writer_(writer), budget_(limits) {}
+      : reader_(reader), writer_(writer), budget_(std::make_shared<store::UploadBudget>(limits)) {}
   Catalog(const Catalog&) = delete;
   Catalog& operator=(const Catalog&) = delete;
 
@@ -51,7 +51,7 @@ class Catalog {
 
   store::StoreThread& reader_;
   store::StoreThread& writer_;
-  store::UploadBudget budget_;
+  std::shared_ptr<store::UploadBudget> budget_;
   std::uint64_t version_ = 0;  ///< of the database, raised by each change
   SharedBytes list_;           ///< of this version, once somebody asked
   std::map<store::MeshId, std::weak_ptr<const CatalogMesh>> meshes_;

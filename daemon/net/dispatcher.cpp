@@ -2,8 +2,11 @@
 // Running transfers: from the slot that the scheduler gives to the acknowledgement of the last byte.
 #include "daemon/net/dispatcher.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 #include <vector>
 
@@ -24,19 +27,6 @@ scheduler::Time scheduler_time(Clock::time_point time) {
 scheduler::Time scheduler_now() {
   return scheduler_time(Clock::now());
 }
-
-/// Runs a function when a coroutine is left, by whatever way.
-template <typename Function>
-class AtExit {
- public:
-  explicit AtExit(Function function) : function_(std::move(function)) {}
-  AtExit(const AtExit&) = delete;
-  AtExit& operator=(const AtExit&) = delete;
-  ~AtExit() { function_(); }
-
- private:
-  Function function_;
-};
 
 }  // namespace
 
@@ -88,11 +78,19 @@ void Dispatcher::pump() {
 }
 
 awaitable<void> Dispatcher::run(scheduler::RequestKey key, Transfer transfer) {
-  const AtExit free_slot([this, key] {
-    scheduler_.fail(key, scheduler_now());  // no effect when it was completed, or its session removed
-    running_.erase(key);
-    slots_changed();
-  });
+  try {
+    co_await carry_out(key, transfer);
+  } catch (const std::exception& error) {
+    // Out of memory, most likely. The request cannot end as promised any more, so its session ends; the slot is free either way.
+    spdlog::error("transfer: {}", error.what());
+    transfer.session->close(proto::ErrorCode::internal_error, "the daemon cannot carry out this request");
+  }
+  scheduler_.fail(key, scheduler_now());  // no effect when it was completed, or its session removed
+  running_.erase(key);
+  slots_changed();
+}
+
+awaitable<void> Dispatcher::carry_out(scheduler::RequestKey key, const Transfer& transfer) {
   Session& session = *transfer.session;
   if (session.closed()) co_return;
   SharedBytes bytes = transfer.bytes;

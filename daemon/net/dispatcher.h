@@ -64,7 +64,9 @@ class Dispatcher {
   void pump();
   /// What follows when a slot became free.
   void slots_changed();
+  /// Holds a slot until the transfer has ended, well or not.
   awaitable<void> run(scheduler::RequestKey key, Transfer transfer);
+  awaitable<void> carry_out(scheduler::RequestKey key, const Transfer& transfer);
   /// Sends all chunks and the end of the transfer; false if the session closed meanwhile.
   awaitable<bool> send(const Transfer& transfer, const SharedBytes& bytes);
   /// Closes sessions whose transfer stands still. Runs while anything is running.

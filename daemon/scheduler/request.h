@@ -35,7 +35,7 @@ struct QueueOrder {
   RequestKey key = 0;
 
   static QueueOrder of(const Request& request) { return {request.queued_at, request.session, request.key}; }
-  auto operator<=>(const QueueOrder&) const = default;
+  auto operator<=>(const QueueOrder&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 errs
 };
 
 }  // namespace pmcd::scheduler

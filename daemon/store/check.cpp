@@ -59,7 +59,7 @@ Status check_directory(const codec::Directory& directory) {
 }
 
 Status check_mesh(const codec::Directory& directory, std::span<const std::span<const std::byte>> packets) {
-  if (const Status status = check_directory(directory); !status.ok()) return status;
+  if (Status status = check_directory(directory); !status.ok()) return status;
   if (packets.size() != directory.levels.size()) {
     return Error{ErrorCode::bad_packet, std::to_string(packets.size()) + " packets came, the directory has " +
                                             std::to_string(directory.levels.size()) + " levels"};

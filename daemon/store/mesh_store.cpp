@@ -98,7 +98,7 @@ class MeshStore::Connection {
   explicit Connection(const std::string& path) : db_(path) {}
 
   Status prepare() {
-    const Status status = prepare_database(db_);
+    Status status = prepare_database(db_);
     if (status.ok()) statements_.emplace(db_);
     return status;
   }

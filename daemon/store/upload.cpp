@@ -30,8 +30,9 @@ Status UploadBudget::take(std::uint64_t bytes) {
   return Done{};
 }
 
-Result<std::unique_ptr<Upload>> Upload::begin(MeshStore& store, UploadBudget& budget, std::string_view name,
-                                              bool replace, std::span<const std::byte> directory) {
+Result<std::unique_ptr<Upload>> Upload::begin(MeshStore& store, std::shared_ptr<UploadBudget> budget,
+                                              std::string_view name, bool replace,
+                                              std::span<const std::byte> directory) {
   if (const Status status = check_name(name); !status.ok()) return status.error();
   auto parsed = codec::parse_directory(directory);
   if (!parsed) {
@@ -49,8 +50,8 @@ Result<std::unique_ptr<Upload>> Upload::begin(MeshStore& store, UploadBudget& bu
   }
   std::uint64_t bytes = 0;
   for (const codec::LevelEntry& level : parsed->directory.levels) bytes += level.bytes;
-  if (const Status status = budget.take(bytes); !status.ok()) return status.error();
-  std::unique_ptr<Upload> upload(new Upload(budget, name, replace, std::move(parsed->directory), bytes));
+  if (const Status status = budget->take(bytes); !status.ok()) return status.error();
+  std::unique_ptr<Upload> upload(new Upload(std::move(budget), name, replace, std::move(parsed->directory), bytes));
   auto spool = Spool::make(folder_of(store.path()));
   if (!spool) return spool.error();
   upload->spool_.emplace(std::move(spool).value());
@@ -58,7 +59,7 @@ Result<std::unique_ptr<Upload>> Upload::begin(MeshStore& store, UploadBudget& bu
 }
 
 Upload::~Upload() {
-  budget_.give_back(bytes_);
+  budget_->give_back(bytes_);
 }
 
 Status Upload::append(std::uint32_t packet, std::uint64_t offset, std::span<const std::byte> bytes) {
@@ -74,7 +75,7 @@ Status Upload::append(std::uint32_t packet, std::uint64_t offset, std::span<cons
   if (bytes.size() > left) {
     return Error{ErrorCode::bad_packet, "packet " + std::to_string(packet_) + " is longer than the directory says"};
   }
-  if (const Status status = spool_->append(bytes); !status.ok()) return status;
+  if (Status status = spool_->append(bytes); !status.ok()) return status;
   offset_ += bytes.size();
   if (offset_ == directory_.levels[packet_].bytes) {
     ++packet_;

@@ -26,7 +26,7 @@ struct UploadLimits {
   std::uint64_t bytes_all = std::uint64_t{8} << 30;  ///< of all uploads under way
 };
 
-/// How much of bytes_all is promised to uploads. REQUIRES: outlives them.
+/// How much of bytes_all is promised to uploads. Shared: the last upload may go after whoever made the budget.
 class UploadBudget {
  public:
   explicit UploadBudget(const UploadLimits& limits) : limits_(limits) {}
@@ -45,8 +45,9 @@ class Upload {
  public:
   /// Checks the name (taken already? then `replace` must be set) and the directory, and sets its size aside.
   /// Errors: bad_name, name_taken, bad_directory, too_large, no_space, and those of SQLite.
-  static Result<std::unique_ptr<Upload>> begin(MeshStore& store, UploadBudget& budget, std::string_view name,
-                                               bool replace, std::span<const std::byte> directory);
+  static Result<std::unique_ptr<Upload>> begin(MeshStore& store, std::shared_ptr<UploadBudget> budget,
+                                               std::string_view name, bool replace,
+                                               std::span<const std::byte> directory);
   ~Upload();
   Upload(const Upload&) = delete;
   Upload& operator=(const Upload&) = delete;
@@ -61,10 +62,11 @@ class Upload {
   [[nodiscard]] const std::string& name() const { return name_; }
 
  private:
-  Upload(UploadBudget& budget, std::string_view name, bool replace, codec::Directory directory, std::uint64_t bytes)
-      : budget_(budget), name_(name), replace_(replace), directory_(std::move(directory)), bytes_(bytes) {}
+  Upload(std::shared_ptr<UploadBudget> budget, std::string_view name, bool replace, codec::Directory directory,
+         std::uint64_t bytes)
+      : budget_(std::move(budget)), name_(name), replace_(replace), directory_(std::move(directory)), bytes_(bytes) {}
 
-  UploadBudget& budget_;
+  std::shared_ptr<UploadBudget> budget_;
   std::string name_;
   bool replace_;
   codec::Directory directory_;

@@ -238,6 +238,7 @@ TEST(RangeCoder, AppendsAndLeavesWhatStandsBefore) {
 TEST(RangeCoder, ShortDataOverrun) {
   Random random(3);
   std::vector<Step> steps;
+  steps.reserve(40);
   for (int i = 0; i < 40; ++i) steps.push_back({What::raw, static_cast<std::uint32_t>(random.bits() >> 40) | 1u, 32});
   const std::vector<std::byte> bytes = write(steps);
   for (std::size_t length = 0; length + 9 < bytes.size(); ++length) {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <set>
 
 #include "codec/decoder.h"
@@ -55,8 +54,7 @@ void at_each_level(const std::vector<EncodedPacket>& packets, const DecoderLimit
     if (k > 0) {
       EXPECT_EQ(decoder.level().level, k - 1);
       const TriangleMesh after = decoder.mesh();
-      EXPECT_EQ(before.faces, after.faces);
-      EXPECT_EQ(before.positions, after.positions);
+      EXPECT_TRUE(before.faces == after.faces && before.positions == after.positions);
     }
     const Result<Level> level = decoder.apply(packets[k].bytes);
     ASSERT_TRUE(level.ok()) << "the right packet " << k << " afterwards: " << text(level.error());
@@ -205,8 +203,7 @@ void expect_harmless(const Bytes& forged, const TriangleMesh& honest, const Deco
   }
   ++outcomes.accepted;
   const TriangleMesh mesh = decoder.mesh();
-  ASSERT_EQ(mesh.faces, honest.faces);
-  ASSERT_EQ(mesh.positions, honest.positions);
+  ASSERT_TRUE(mesh.faces == honest.faces && mesh.positions == honest.positions) << "accepted as another mesh";
 }
 
 TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
@@ -221,7 +218,11 @@ TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
       for (std::size_t i = 0; i <= k; ++i) ASSERT_TRUE(honest.apply(packets[i].bytes).ok());
       const TriangleMesh right = honest.mesh();
       const Bytes& bytes = packets[k].bytes;
-      for (std::size_t bit = 0; bit<8 * bytes.size(); bit += bytes.size()> 600 ? 5 : 1) {
+      const std::size_t stride = bytes.size() > 600 ? 5 : 1;
+      for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += stride) {
+        // The lattice has a test of its own, below.
+        if (k == 0 && bit / 8 >= kPacketHeaderBytes && bit / 8 < kPacketHeaderBytes + kLatticeBytes) continue;
+        if (bit / 8 >= kPacketHeaderBytes - 4 && bit / 8 < kPacketHeaderBytes) continue;  // the checksum itself
         Bytes forged = bytes;
         forged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
         expect_harmless(with_right_checksum(forged), right, limits, packets, k, outcomes);
@@ -234,7 +235,7 @@ TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
     EXPECT_EQ(outcomes.errors.count(ErrorCode::limit_exceeded), 1u);
     EXPECT_EQ(outcomes.errors.count(ErrorCode::checksum_mismatch), 0u);
     // Only what no level depends on: the generation of packet 0, `last`, the last bits of a stream.
-    EXPECT_LT(outcomes.accepted, tried / 50);
+    EXPECT_LT(outcomes.accepted, tried / 60);
   }
 }
 
@@ -291,6 +292,22 @@ TEST(HostilePackets, RandomPayloadsBehindARightChecksum) {
       }
     }
     EXPECT_EQ(outcomes.errors.count(ErrorCode::corrupt_data), 1u);
+  }
+}
+
+TEST(HostilePackets, PayloadLongerThanItsContentIsCorrupt) {
+  for (const auto& packets : samples()) {
+    at_each_level(packets, {}, [&](Decoder& decoder, std::size_t k) {
+      for (std::size_t extra : {9u, 10u, 100u, 5000u}) {  // more than the range decoder reads ahead
+        const Result<PacketHeader> header = parse_packet_header(packets[k].bytes);
+        ASSERT_TRUE(header.ok());
+        Bytes payload(packets[k].bytes.begin() + kPacketHeaderBytes, packets[k].bytes.end());
+        payload.insert(payload.end(), extra, std::byte{0});
+        const Result<Level> level = decoder.apply(forged_packet(*header, payload));
+        ASSERT_FALSE(level.ok()) << "packet " << k << ", " << extra << " bytes more";
+        EXPECT_EQ(level.error().code, ErrorCode::corrupt_data) << text(level.error());
+      }
+    });
   }
 }
 
@@ -393,69 +410,6 @@ TEST(HostileClaims, CountsThatTheContentDoesNotKeep) {
         EXPECT_EQ(level.error().code, ErrorCode::corrupt_data) << text(level.error());
       }
     }
-  }
-}
-
-Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::function<BaseStep(std::uint32_t)>& beyond) {
-  Bytes payload;
-  Lattice lattice;
-  lattice.bits = 12;
-  lattice.step = 1.0 / 4095;
-  append_base_header(payload, lattice, false);
-  LyingSource source(payload, beyond);
-  LevelState state;
-  state.lattice = lattice;
-  (void)code_base_mesh(state, source, vertices, faces);  // what it writes counts, not what it thinks of it
-  source.raw(0, 2);                                      // no isolated vertices, no exactness
-  source.finish();
-  PacketHeader header;
-  header.last = true;
-  header.vertices = vertices;
-  header.faces = faces;
-  return forged_packet(header, payload);
-}
-
-TEST(HostileBase, MeshesThatAreNotManifoldAreRefused) {
-  using enum BaseStep::Kind;
-  // Beyond every open edge the same known vertex: faces over faces.
-  for (std::uint32_t known : {0u, 1u, 2u}) {
-    std::uint32_t asked = 0;
-    const Bytes packet = lying_base(50, 40, [&](std::uint32_t) {
-      return ++asked < 3 ? BaseStep{new_vertex, 0} : BaseStep{known_vertex, known};
-    });
-    Decoder decoder;
-    const Result<Level> level = decoder.apply(packet);
-    ASSERT_FALSE(level.ok());
-    EXPECT_EQ(level.error().code, ErrorCode::corrupt_data) << text(level.error());
-    EXPECT_FALSE(decoder.has_level());
-  }
-}
-
-// One hub, all faces around it, in a packet of a few kilobytes: no step may look at all of the hub's edges. The fan
-// grows across the half-edges that leave the hub, or across those that arrive there.
-double seconds_for_fan(std::uint32_t faces, bool arriving) {
-  using enum BaseStep::Kind;
-  std::uint32_t made = 1;
-  const Bytes packet = lying_base(faces + 2, faces, [&](std::uint32_t h) {
-    const bool of_hub = arriving ? h % 3 == 2 : h == 0 || (h > 2 && h % 3 == 1);
-    if (!of_hub || made == faces) return BaseStep{boundary, 0};
-    ++made;
-    return BaseStep{new_vertex, 0};
-  });
-  EXPECT_EQ(made, faces);
-  EXPECT_LT(packet.size(), faces);
-  Decoder decoder;
-  const auto start = std::chrono::steady_clock::now();
-  (void)decoder.apply(packet);  // refused for its hash at the latest
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-TEST(HostileBase, HugeFanIsReadInLinearTime) {
-  for (const bool arriving : {false, true}) {
-    const double small = seconds_for_fan(10'000, arriving);
-    const double large = seconds_for_fan(40'000, arriving);
-    EXPECT_LT(large, 0.3 + 8 * small) << "four times the faces took " << large / small << " times as long";
-    EXPECT_LT(large, 2.0) << (arriving ? "arriving" : "leaving");
   }
 }
 

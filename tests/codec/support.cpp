@@ -184,6 +184,7 @@ std::string text(const Error& error) {
 
 std::vector<std::span<const std::byte>> spans(const std::vector<EncodedPacket>& packets) {
   std::vector<std::span<const std::byte>> all;
+  all.reserve(packets.size());
   for (const EncodedPacket& packet : packets) all.emplace_back(packet.bytes);
   return all;
 }

@@ -24,9 +24,9 @@ class FaultTest : public ::testing::Test {
  protected:
   static net::Limits short_limits() {
     net::Limits limits;
-    limits.hello = milliseconds(300);
-    limits.join = milliseconds(400);
-    limits.stall = milliseconds(500);
+    limits.hello = milliseconds(800);
+    limits.join = milliseconds(1'000);
+    limits.stall = milliseconds(800);
     limits.linger = milliseconds(200);
     limits.drain = milliseconds(1'000);
     return limits;
@@ -67,7 +67,7 @@ TEST_F(FaultTest, SessionThatNeverJoinsIsClosedAlthoughItPings) {
   requests.send(proto::encode(proto::Hello{{}, "x"}));
   const auto hello = expect<proto::HelloOk>(requests);
   std::string code;
-  for (int i = 0; i < 100 && code.empty(); ++i) {
+  for (int i = 0; i < 500 && code.empty(); ++i) {
     requests.send(proto::encode(proto::Ping{1}));
     const auto frame = requests.read();
     ASSERT_TRUE(frame);
@@ -136,28 +136,31 @@ TEST_F(FaultTest, ClientThatStopsReadingIsDroppedAndTheOthersGoOn) {
   EXPECT_EQ(other.next_transfer().bytes, small.packets[0]);
   const auto waited = std::chrono::steady_clock::now() - asked;
   EXPECT_GT(waited, milliseconds(250)) << "the slot was free too early to show anything";
-  EXPECT_LT(waited, milliseconds(3'000));
+  EXPECT_LT(waited, kPatience);
   EXPECT_EQ(expect_error(stalled.requests, 0), "stalled");
   EXPECT_TRUE(stalled.requests.closes());
   EXPECT_TRUE(sessions_become(1));
 }
 
-TEST_F(FaultTest, SlowClientThatReadsIsNotDropped) {
-  const FakeMesh mesh = fake_mesh(5, {300'000});
-  ingest("m", mesh);
-  auto session = RawSession::open(server_.request_port(), 4096);
+TEST(SlowClient, ThatReadsIsNotDropped) {
+  net::Limits limits;
+  limits.stall = milliseconds(1'500);
+  ServerInThread server(limits);
+  const FakeMesh mesh = fake_mesh(5, {1'000'000});
+  ASSERT_EQ(RawAdmin::open(server.admin_socket()).ingest("m", mesh), "ok");
+  auto session = RawSession::open(server.request_port(), 4096);
   session.open_mesh(1, "m");
   // Far longer than the stall limit in all, but never a pause as long as it.
   const auto start = std::chrono::steady_clock::now();
   std::array<char, 12'000> piece{};
   std::size_t read = 0;
   while (read < mesh.packets[0].size()) {
-    std::this_thread::sleep_for(milliseconds(50));
+    std::this_thread::sleep_for(milliseconds(40));
     const ssize_t count = ::recv(session.data.fd(), piece.data(), piece.size(), 0);
     ASSERT_GT(count, 0);
     read += static_cast<std::size_t>(count);
   }
-  EXPECT_GT(std::chrono::steady_clock::now() - start, milliseconds(1'000));
+  EXPECT_GT(std::chrono::steady_clock::now() - start, milliseconds(3'000));
   session.requests.send(proto::encode(proto::Ping{5}));
   EXPECT_EQ(expect<proto::Pong>(session.requests).id, 5U);
 }

@@ -186,7 +186,6 @@ TEST(Refusal, FramesOnTheDataChannel) {
 TEST(Refusal, NoByteOfAFrameHurtsTheServer) {
   net::Limits limits;
   limits.linger = std::chrono::milliseconds(20);
-  limits.hello = std::chrono::milliseconds(20);
   ServerInThread server(limits);
   ASSERT_EQ(RawAdmin::open(server.admin_socket()).ingest("m", fake_mesh(1, {10, 10})), "ok");
   const std::vector<Bytes> frames = {proto::encode(proto::GetMeshList{1}), proto::encode(proto::GetBaseMesh{1, "m"}),

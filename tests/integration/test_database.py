@@ -39,8 +39,12 @@ class Database(house.HouseTest):
         with house.Daemon(self.folder) as daemon:
             self.assert_same_mesh(self.small, self.fetched(daemon, "a"))
 
-    def test_200_ingests_killed_at_random_times_leave_whole_meshes_or_none(self):
-        """Clients and daemons are killed; nothing confirmed is lost, nothing half is there, the database opens."""
+    def test_ingests_killed_at_random_times_leave_whole_meshes_or_none(self):
+        """pmcctl and pmcd are killed; nothing confirmed is lost, nothing half is there, the database opens.
+
+        The daemon's own tests do this more often, with a client made for it; here are the programs that people run.
+        """
+        ingests = 30
         with house.Daemon(self.folder) as daemon:
             start = time.monotonic()
             self.ingest(daemon, self.large, "--name", "whole")
@@ -48,9 +52,9 @@ class Database(house.HouseTest):
         order = random.Random(7)
         confirmed, cut = {"whole"}, 0
         victims = ["client", "client", "daemon"]
-        for first in range(0, 200, len(victims)):
+        for first in range(0, ingests, len(victims)):
             with house.Daemon(self.folder) as daemon:
-                for number, victim in enumerate(victims[:200 - first], first):
+                for number, victim in enumerate(victims[:ingests - first], first):
                     name = f"m{number}"
                     ingest = subprocess.Popen(
                         [house.program("PMCCTL"), "--socket", daemon.admin_socket, "ingest", self.large, "--name",
@@ -64,9 +68,9 @@ class Database(house.HouseTest):
                         confirmed.add(name)
                     else:
                         cut += 1
-        # Both outcomes came up often, else the times were chosen badly.
-        self.assertGreater(len(confirmed), 20)
-        self.assertGreater(cut, 20)
+        # Both outcomes came up, else the times were chosen badly.
+        self.assertGreater(len(confirmed), 3)
+        self.assertGreater(cut, 3)
         with house.Daemon(self.folder) as daemon:
             present = set(self.names(daemon))
             self.assertLessEqual(confirmed, present)

@@ -42,7 +42,7 @@ class UploadTest : public ::testing::Test {
 
   test::TemporaryFolder folder_;
   std::unique_ptr<MeshStore> store_ = MeshStore::open(folder_.file("meshes.db")).value();
-  UploadBudget budget_{UploadLimits{100'000, 150'000}};
+  std::shared_ptr<UploadBudget> budget_ = std::make_shared<UploadBudget>(UploadLimits{100'000, 150'000});
 };
 
 TEST_F(UploadTest, StoresTheBytesThatCame) {
@@ -70,10 +70,10 @@ TEST_F(UploadTest, NothingIsVisibleBeforeCommitAndNothingStaysAfterDropping) {
     send(*upload.value(), mesh, 4096);
     EXPECT_TRUE(store_->list().value().empty());
     EXPECT_EQ(files(), before) << "the spool has no name that a kill could leave behind";
-    EXPECT_GT(budget_.taken(), 0U);
+    EXPECT_GT(budget_->taken(), 0U);
   }
   EXPECT_TRUE(store_->list().value().empty());
-  EXPECT_EQ(budget_.taken(), 0U);
+  EXPECT_EQ(budget_->taken(), 0U);
 }
 
 TEST_F(UploadTest, GapsAndLeftOversAreRefused) {
@@ -122,7 +122,7 @@ TEST_F(UploadTest, NameTakenIsSaidAtOnceAndAgainAtCommit) {
 
 TEST_F(UploadTest, BudgetBoundsEachAndAll) {
   EXPECT_EQ(outcome(begin(fake_mesh(5, {100'000}))), "too_large");
-  EXPECT_EQ(budget_.taken(), 0U);
+  EXPECT_EQ(budget_->taken(), 0U);
   auto first = begin(fake_mesh(5, {80'000}), "a");
   ASSERT_TRUE(first.ok());
   EXPECT_EQ(outcome(begin(fake_mesh(6, {80'000}), "b")), "too_large");
@@ -150,7 +150,7 @@ TEST_F(UploadTest, BadDirectoriesAreRefused) {
     flipped[at] ^= std::byte{1};
     EXPECT_EQ(try_with(flipped), "bad_directory") << at;
   }
-  EXPECT_EQ(budget_.taken(), 0U);
+  EXPECT_EQ(budget_->taken(), 0U);
 }
 
 }  // namespace
