@@ -81,7 +81,8 @@ awaitable<void> Dispatcher::run(scheduler::RequestKey key, Transfer transfer) {
   try {
     co_await carry_out(key, transfer);
   } catch (const std::exception& error) {
-    // Out of memory, most likely. The request cannot end as promised any more, so its session ends; the slot is free either way.
+    // Out of memory, most likely. The request cannot end as promised any more, so its session ends; the slot is free
+    // either way.
     spdlog::error("transfer: {}", error.what());
     transfer.session->close(proto::ErrorCode::internal_error, "the daemon cannot carry out this request");
   }

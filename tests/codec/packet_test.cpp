@@ -93,7 +93,7 @@ TEST(Crc32c, ContinuesAnywhere) {
 
 TEST(Hash, EveryBitAndTheOrderCount) {
   std::set<std::uint64_t> values;
-  auto hash_of = [](std::vector<std::uint64_t> words) {
+  auto hash_of = [](const std::vector<std::uint64_t>& words) {
     Hash64 hash;
     for (std::uint64_t word : words) hash.add(word);
     return hash.value();

@@ -25,7 +25,7 @@ EncodeOptions any_options(std::uint64_t seed) {
 
 std::string check(const TriangleMesh& mesh, const EncodeOptions& options) {
   Encoded encoded;
-  const std::string broken = round_trip(mesh, options, &encoded);
+  std::string broken = round_trip(mesh, options, &encoded);
   if (!broken.empty()) return broken;
   if (options.max_packets_after_base && encoded.packets.size() > *options.max_packets_after_base + 1)
     return "too many packets";
