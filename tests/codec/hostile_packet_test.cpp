@@ -355,6 +355,7 @@ TEST(HostileClaims, BeyondTheLimitsAreRefusedBeforeAnythingIsAllocated) {
 
 TEST(HostileClaims, LimitsHoldForEveryPacketNotOnlyTheFirst) {
   const auto& packets = samples()[0];
+  ASSERT_GE(packets.size(), 3u);
   DecoderLimits limits;
   limits.max_vertices = packets[1].vertices;
   Decoder decoder(limits);
@@ -392,8 +393,7 @@ TEST(HostileClaims, LargeClaimsOfAFewBytesCostLittleMemory) {
   }
 }
 
-TEST(HostileClaims, CountsThatTheContentDoesNotKeep) {
-  const auto& packets = samples()[0];
+void expect_false_counts_refused(const std::vector<EncodedPacket>& packets) {
   for (std::size_t k = 0; k < packets.size(); ++k) {
     const Result<PacketHeader> honest = parse_packet_header(packets[k].bytes);
     ASSERT_TRUE(honest.ok());
@@ -415,6 +415,11 @@ TEST(HostileClaims, CountsThatTheContentDoesNotKeep) {
       }
     }
   }
+}
+
+TEST(HostileClaims, CountsThatTheContentDoesNotKeep) {
+  expect_false_counts_refused(samples()[0]);
+  expect_false_counts_refused(packets_of(torus(12, 10), 10));  // no ear passes, no isolated vertices
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ class Corpus : public ::testing::TestWithParam<const char*> {
 
   /// Where the mesh lies; a packed one is unpacked first.
   std::string path() {
-    const std::string stored = mesh_folder() + "/" + GetParam();
+    std::string stored = mesh_folder() + "/" + GetParam();
     if (!std::filesystem::exists(stored + ".gz")) return stored;
     std::string unpacked = folder_.path + "/" + GetParam();
     EXPECT_EQ(run("gzip -dc '" + stored + ".gz' > '" + unpacked + "'"), 0);
