@@ -17,7 +17,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 
@@ -35,8 +34,8 @@ inline auto resume_with(error_code& error) {
 }
 
 /// Sleeps; returns early and quietly if the timer is cancelled.
-inline awaitable<void> sleep_for(Duration duration) {
-  asio::steady_timer timer(co_await asio::this_coro::executor, duration);
+inline awaitable<void> sleep_for(asio::any_io_executor executor, Duration duration) {
+  asio::steady_timer timer(executor, duration);
   error_code ignored;
   co_await timer.async_wait(resume_with(ignored));
 }

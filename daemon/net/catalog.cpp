@@ -12,12 +12,12 @@
 namespace pmcd::net {
 namespace {
 
-/// Runs `work(store)` on the store's thread and resumes the calling coroutine on its own executor with what it
+/// Runs `work(store)` on the store's thread and resumes the calling coroutine on `executor` with what it
 /// returned.
 template <typename Work>
-auto on_store(store::StoreThread& thread, Work work) -> awaitable<std::invoke_result_t<Work, store::MeshStore&>> {
+auto on_store(asio::any_io_executor executor, store::StoreThread& thread, Work work)
+    -> awaitable<std::invoke_result_t<Work, store::MeshStore&>> {
   using Answer = std::invoke_result_t<Work, store::MeshStore&>;
-  const asio::any_io_executor executor = co_await asio::this_coro::executor;
   auto initiate = [&thread, executor, &work](auto handler) {
     // The queue's jobs are copyable functions, the handler can only be moved: hence the shared pointers.
     auto waiting = std::make_shared<decltype(handler)>(std::move(handler));
@@ -83,7 +83,7 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list() {
 
 awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find(std::string name) {
   auto work = [name = std::move(name)](store::MeshStore& store) { return store.find(name); };
-  auto found = co_await on_store(reader_, std::move(work));
+  auto found = co_await on_store(executor_, reader_, std::move(work));
   if (!found) co_return found.error();
   const store::MeshId id = found.value().summary.id;
   if (const auto it = meshes_.find(id); it != meshes_.end()) {
@@ -99,19 +99,19 @@ awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find(std::
 
 awaitable<store::Result<SharedBytes>> Catalog::read_packet(store::MeshId mesh, std::uint32_t packet) {
   auto work = [mesh, packet](store::MeshStore& store) { return store.read_packet(mesh, packet); };
-  auto read = co_await on_store(reader_, std::move(work));
+  auto read = co_await on_store(executor_, reader_, std::move(work));
   if (!read) co_return read.error();
   co_return std::make_shared<const proto::Bytes>(std::move(read).value());
 }
 
 awaitable<store::Result<std::vector<store::MeshSummary>>> Catalog::summaries() {
   auto work = [](store::MeshStore& store) { return store.list(); };
-  co_return co_await on_store(reader_, std::move(work));
+  co_return co_await on_store(executor_, reader_, std::move(work));
 }
 
 awaitable<store::Result<store::MeshSummary>> Catalog::remove(std::string name) {
   auto work = [name = std::move(name)](store::MeshStore& store) { return store.remove(name); };
-  auto removed = co_await on_store(writer_, std::move(work));
+  auto removed = co_await on_store(executor_, writer_, std::move(work));
   if (removed) changed();
   co_return removed;
 }
@@ -124,7 +124,7 @@ awaitable<store::Result<Catalog::SharedUpload>> Catalog::begin_upload(std::strin
     if (!begun) return begun.error();
     return SharedUpload(std::move(begun).value());
   };
-  co_return co_await on_store(writer_, std::move(work));
+  co_return co_await on_store(executor_, writer_, std::move(work));
 }
 
 awaitable<store::Status> Catalog::append(SharedUpload upload, std::uint32_t packet, std::uint64_t offset,
@@ -132,12 +132,12 @@ awaitable<store::Status> Catalog::append(SharedUpload upload, std::uint32_t pack
   auto work = [upload = std::move(upload), packet, offset, bytes = std::move(bytes)](store::MeshStore&) {
     return upload->append(packet, offset, bytes);
   };
-  co_return co_await on_store(writer_, std::move(work));
+  co_return co_await on_store(executor_, writer_, std::move(work));
 }
 
 awaitable<store::Result<store::Inserted>> Catalog::commit(SharedUpload upload) {
   auto work = [upload = std::move(upload)](store::MeshStore& store) { return upload->commit(store); };
-  auto inserted = co_await on_store(writer_, std::move(work));
+  auto inserted = co_await on_store(executor_, writer_, std::move(work));
   if (inserted) changed();
   co_return inserted;
 }

@@ -27,8 +27,13 @@ struct CatalogMesh {
 class Catalog {
  public:
   /// REQUIRES: the threads outlive the catalog and every coroutine in it.
-  Catalog(store::StoreThread& reader, store::StoreThread& writer, const store::UploadLimits& limits)
-      : reader_(reader), writer_(writer), budget_(std::make_shared<store::UploadBudget>(limits)) {}
+  /// `executor`: of the coroutines that call it.
+  Catalog(asio::any_io_executor executor, store::StoreThread& reader, store::StoreThread& writer,
+          const store::UploadLimits& limits)
+      : executor_(std::move(executor)),
+        reader_(reader),
+        writer_(writer),
+        budget_(std::make_shared<store::UploadBudget>(limits)) {}
   Catalog(const Catalog&) = delete;
   Catalog& operator=(const Catalog&) = delete;
 
@@ -49,6 +54,7 @@ class Catalog {
  private:
   void changed();
 
+  asio::any_io_executor executor_;
   store::StoreThread& reader_;
   store::StoreThread& writer_;
   std::shared_ptr<store::UploadBudget> budget_;

@@ -109,7 +109,7 @@ awaitable<void> Dispatcher::carry_out(scheduler::RequestKey key, const Transfer&
   const std::uint64_t end = session.data().queued_position();
   for (Duration pause = kFirstPoll; !session.closed() && session.data().acknowledged_position() < end;
        pause = std::min(pause * 2, kLongestPoll)) {
-    co_await sleep_for(pause);
+    co_await sleep_for(tasks_.executor(), pause);
   }
   if (session.closed()) co_return;
   scheduler_.progressed(key, bytes->size(), scheduler_now());

@@ -80,7 +80,7 @@ ListenResult<UnixAcceptor> listen_unix(const asio::any_io_executor& executor, co
 
 awaitable<void> AcceptTrouble::pause(const error_code& error) {
   if (in_a_row_++ == 0) spdlog::error("{}: accept: {}; trying again every 100 ms", name_, error.message());
-  co_await sleep_for(std::chrono::milliseconds(100));
+  co_await sleep_for(executor_, std::chrono::milliseconds(100));
 }
 
 void AcceptTrouble::over() {

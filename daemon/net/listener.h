@@ -40,18 +40,19 @@ awaitable<void> accept_loop(Acceptor& acceptor, const char* name, Serve serve);
 /// What accept_loop does on an error: logs the first of a row and waits.
 class AcceptTrouble {
  public:
-  explicit AcceptTrouble(const char* name) : name_(name) {}
+  AcceptTrouble(asio::any_io_executor executor, const char* name) : executor_(std::move(executor)), name_(name) {}
   awaitable<void> pause(const error_code& error);
   void over();
 
  private:
+  asio::any_io_executor executor_;
   const char* name_;
   std::uint64_t in_a_row_ = 0;
 };
 
 template <typename Acceptor, typename Serve>
 awaitable<void> accept_loop(Acceptor& acceptor, const char* name, Serve serve) {
-  AcceptTrouble trouble(name);
+  AcceptTrouble trouble(acceptor.get_executor(), name);
   while (acceptor.is_open()) {
     error_code error;
     auto socket = co_await acceptor.async_accept(resume_with(error));

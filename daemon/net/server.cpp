@@ -43,7 +43,7 @@ Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThr
                scheduler::Scheduler scheduler, ServerOptions options)
     : options_(std::move(options)),
       tasks_(io.get_executor()),
-      catalog_(reader, writer, options_.uploads),
+      catalog_(tasks_.executor(), reader, writer, options_.uploads),
       dispatcher_(std::move(scheduler), catalog_, tasks_, options_.limits),
       context_{catalog_, dispatcher_, tokens_, options_.limits, 0, "pmcd " + options_.version, false},
       admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
