@@ -295,8 +295,9 @@ TEST(Grouping, TakesEveryPassOnceAndGrowsWithinBounds) {
 TEST(Grouping, LargeMeshesHaveSevenGroupsIfThePassesSuffice) {
   for (double factor : {1.2, 1.3, 1.5, 2.2}) {
     for (std::size_t count : {5u, 7u, 9u, 15u, 30u}) {
+      if (60 * std::pow(factor, static_cast<double>(count)) > 1e7) continue;
       const std::vector<std::uint32_t> after = passes_growing(60, factor, count);
-      if (after.back() <= 5000 || after.back() > 10000000) continue;
+      if (after.back() <= 5000) continue;
       EXPECT_GE(group_passes(60, after, std::nullopt).size(), std::min<std::size_t>(count, 7))
           << factor << " x " << count;
     }
