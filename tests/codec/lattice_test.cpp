@@ -75,6 +75,17 @@ TEST(LatticeTest, EveryPointSnapsWithinHalfAStepAndStays) {
   }
 }
 
+// Every axis: a compiler that vectorises the loop over them once forgot to round two of the three.
+TEST(LatticeTest, PositionsAreRoundedToFloat32) {
+  Lattice lattice;
+  lattice.min = {0.1f, 0.2f, 0.3f};
+  lattice.step = 0.000123456789;
+  const Position p = lattice.position({1000, 2000, 3000});
+  EXPECT_EQ(p[0], 0.22345678508281708);
+  EXPECT_EQ(p[1], 0.44691357016563416);
+  EXPECT_EQ(p[2], 0.67037039995193481);
+}
+
 TEST(LatticeTest, OnePointHasNoExtent) {
   const Lattice lattice = over(cloud({{1, -2, 3}, {1, -2, 3}}), 12);
   EXPECT_EQ(lattice.step, 0.0);
