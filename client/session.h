@@ -29,7 +29,6 @@ struct Options {
   /// A request is given up after so long without a byte on the data channel, although the server answers pings.
   std::chrono::milliseconds progress_timeout{600'000};
   std::uint64_t max_packet_bytes = std::uint64_t{1} << 32;
-  std::uint64_t max_list_bytes = proto::kMaxMeshListBytes;
   std::string agent = "pmcd client library";  ///< for the server's log; at most 64 bytes
 };
 
@@ -68,8 +67,10 @@ class Session {
   // After violation, damaged, limit_exceeded, timed_out, lost, or refused with a code that ends the session, the
   // Session is closed and every further call gives the same error.
 
-  /// The meshes of the server, ascending by name.
-  Result<std::vector<proto::MeshListEntry>> list();
+  /// The meshes of the server whose names contain `filter` (see proto::matches_filter), ascending by name.
+  Result<std::vector<proto::MeshListEntry>> list(const std::string& filter = {});
+  /// One page of them: names greater than `after`, at most `most` (0: as many as the server puts on a page).
+  Result<proto::MeshPage> list_page(const std::string& filter, const std::string& after, std::uint16_t most);
 
   /// Opens a mesh and returns when its directory is there; packet 0 is on its way and is what next_packet gives first.
   Result<OpenedMesh> open(const std::string& name);

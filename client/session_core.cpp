@@ -239,6 +239,9 @@ void Session::Core::on_request_frame(const proto::Frame& frame) {
       return;
     case proto::FrameType::mesh_opened:
       return on_opened(frame);
+    case proto::FrameType::notice:
+      static_cast<void>(read<proto::Notice>(frame));  // nothing to be done: what it announces comes as an error
+      return;
     default:
       // A later minor version may send what this one does not know.
       if (const char* name = proto::type_name(frame.type)) violation(std::string(name) + " on the request channel");

@@ -40,6 +40,8 @@ constexpr std::array kCodes{
     CodeInfo{ErrorCode::bad_name, "bad_name", Ends::request,
              "The name is empty or too long, or holds a slash or what cannot be printed."},
     CodeInfo{ErrorCode::internal_error, "internal_error", Ends::request, "A fault of the server; its log says more."},
+    CodeInfo{ErrorCode::bad_range, "bad_range", Ends::request,
+             "The packet that was asked for, or the offset in it, lies beyond the end of the mesh."},
     CodeInfo{ErrorCode::unavailable, "unavailable", Ends::mesh, "The stored mesh cannot be read at present."},
     CodeInfo{ErrorCode::mesh_changed, "mesh_changed", Ends::mesh,
              "The mesh was replaced or removed; the generation that was asked for is gone."},

@@ -34,6 +34,7 @@ enum class ErrorCode : std::uint16_t {
   unknown_handle = 36,
   bad_name = 37,
   internal_error = 38,
+  bad_range = 39,
   unavailable = 64,
   mesh_changed = 65,
   mesh_exists = 128,

@@ -36,12 +36,18 @@ const char* type_name(std::uint16_t type) {
       return "join";
     case FrameType::join_ok:
       return "join_ok";
+    case FrameType::notice:
+      return "notice";
     case FrameType::get_mesh_list:
       return "get_mesh_list";
     case FrameType::get_base_mesh:
       return "get_base_mesh";
     case FrameType::get_next_packet:
       return "get_next_packet";
+    case FrameType::get_packet:
+      return "get_packet";
+    case FrameType::cancel:
+      return "cancel";
     case FrameType::mesh_opened:
       return "mesh_opened";
     case FrameType::chunk:

@@ -17,8 +17,8 @@ inline constexpr std::uint16_t kVersionMajor = 1;
 inline constexpr std::uint16_t kVersionMinor = 0;
 
 // Part of the protocol: never change or reuse a number. A number that is not here is answered unknown_type.
-// Kept free for later minor versions: 0x0009 notice, 0x0013 get_packet, 0x0014 cancel, 0x0015 get_mesh_page,
-// 0x0140-0x015f rules, queue, clients, weights, history and explain on the admin channel.
+// Kept free for later minor versions: 0x0140-0x015f rules, queue, clients, weights, history and explain on the admin
+// channel.
 enum class FrameType : std::uint16_t {
   hello = 0x0001,            ///< client, request channel, first frame
   hello_ok = 0x0002,         ///< server's answer to it
@@ -28,10 +28,13 @@ enum class FrameType : std::uint16_t {
   goodbye = 0x0006,          ///< client, request and admin channel; the server closes
   join = 0x0007,             ///< client, data channel, first frame
   join_ok = 0x0008,          ///< server's answer to it, on the data channel
+  notice = 0x0009,           ///< server, request channel: what nobody asked for but should know
   get_mesh_list = 0x0010,    ///< client, request channel
   get_base_mesh = 0x0011,    ///< client, request channel
   get_next_packet = 0x0012,  ///< client, request channel
-  mesh_opened = 0x0020,      ///< server, request channel: first answer to get_base_mesh
+  get_packet = 0x0013,       ///< client, request channel: from an offset on, also in a new session
+  cancel = 0x0014,           ///< client, request channel
+  mesh_opened = 0x0020,      ///< server, request channel: first answer to get_base_mesh, sometimes to get_packet
   chunk = 0x0030,            ///< server, data channel
   transfer_end = 0x0031,     ///< server, data channel
 

@@ -2,6 +2,7 @@
 // Writing and reading the mesh list.
 #include "proto/mesh_list.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -21,10 +22,18 @@ Error malformed(std::size_t where, std::string detail) {
 
 }  // namespace
 
-Bytes encode_mesh_list(const std::vector<MeshListEntry>& entries) {
+bool matches_filter(std::string_view name, std::string_view filter) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  const auto same = [lower](char a, char b) { return lower(a) == lower(b); };
+  return std::search(name.begin(), name.end(), filter.begin(), filter.end(), same) != name.end() || filter.empty();
+}
+
+Bytes encode_mesh_page(const MeshPage& page) {
   ByteWriter writer;
-  writer.u32(static_cast<std::uint32_t>(entries.size()));
-  for (const MeshListEntry& entry : entries) {
+  writer.u32(page.matches);
+  writer.u32(page.remaining);
+  writer.u32(static_cast<std::uint32_t>(page.entries.size()));
+  for (const MeshListEntry& entry : page.entries) {
     writer.str8(entry.name);
     writer.u64(entry.generation);
     writer.u32(entry.vertices);
@@ -40,13 +49,20 @@ Bytes encode_mesh_list(const std::vector<MeshListEntry>& entries) {
   return writer.take();
 }
 
-Result<std::vector<MeshListEntry>> decode_mesh_list(ByteView bytes) {
+Result<MeshPage> decode_mesh_page(ByteView bytes) {
   ByteReader reader(bytes);
+  MeshPage page;
+  page.matches = reader.u32();
+  page.remaining = reader.u32();
   const std::uint32_t count = reader.u32();
   if (reader.failed() || count > reader.left() / kMinEntryBytes) {
-    return malformed(0, "the mesh list is too short for the number of meshes that it claims");
+    return malformed(8, "the mesh list is too short for the number of meshes that it claims");
   }
-  std::vector<MeshListEntry> entries;
+  if (count > kMaxPageEntries) return malformed(8, "a page of the mesh list has too many meshes");
+  if (page.matches < page.remaining || page.matches - page.remaining < count) {
+    return malformed(0, "the mesh list has fewer matches than meshes");
+  }
+  std::vector<MeshListEntry>& entries = page.entries;
   entries.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t start = reader.position();
@@ -75,7 +91,7 @@ Result<std::vector<MeshListEntry>> decode_mesh_list(ByteView bytes) {
     entries.push_back(std::move(entry));
   }
   if (!reader.finished()) return malformed(reader.position(), "bytes after the last entry of the mesh list");
-  return entries;
+  return page;
 }
 
 }  // namespace pmcd::proto

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The mesh list: the bytes of the transfer that answers get_mesh_list. Layout: u32 count, then the entries one after
-// the other, ascending by name (bytewise). Paging comes with a later minor version and a request of its own.
+// A page of the mesh list: the bytes of the transfer that answers get_mesh_list. Layout: u32 matches, u32 remaining,
+// u32 count, then the entries one after the other, ascending by name (bytewise). Which meshes match is the server's to
+// find; matches_filter is the rule for it.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "proto/bytes.h"
@@ -31,14 +33,28 @@ struct MeshListEntry {
   bool operator==(const MeshListEntry&) const = default;
 };
 
-/// What a client accepts by default, judged by a transfer's `total` before it takes the first byte.
-inline constexpr std::uint64_t kMaxMeshListBytes = std::uint64_t{64} << 20;
+/// What one get_mesh_list is answered with.
+struct MeshPage {
+  std::uint32_t matches = 0;    ///< meshes that match the filter, in the whole list
+  std::uint32_t remaining = 0;  ///< of these, how many come after this page; 0: it is the last
+  std::vector<MeshListEntry> entries;
+  bool operator==(const MeshPage&) const = default;
+};
 
-/// REQUIRES: every name is_mesh_name, ascending and different; fewer than 2^32 entries.
-Bytes encode_mesh_list(const std::vector<MeshListEntry>& entries);
+/// Entries on a page at most, whatever was asked for.
+inline constexpr std::uint32_t kMaxPageEntries = 1'000;
+/// What a client accepts, judged by a transfer's `total` before it takes the first byte: more than a full page has.
+inline constexpr std::uint64_t kMaxMeshPageBytes = std::uint64_t{256} * 1024;
 
-/// Errors: malformed (cut short, left over, a count that the bytes cannot hold, a name that is none, names out of
-/// order, unknown flags, a box that is not finite). Allocates no more than a small multiple of bytes.size().
-Result<std::vector<MeshListEntry>> decode_mesh_list(ByteView bytes);
+/// Whether `name` contains `filter`, ASCII letters compared without case, all other bytes exactly. [O(name * filter)]
+bool matches_filter(std::string_view name, std::string_view filter);
+
+/// REQUIRES: every name is_mesh_name, ascending and different; at most kMaxPageEntries entries.
+Bytes encode_mesh_page(const MeshPage& page);
+
+/// Errors: malformed (cut short, left over, a count that the bytes cannot hold or over kMaxPageEntries, fewer matches
+/// than entries and remaining ones, a name that is none, names out of order, unknown flags, a box that is not finite).
+/// Allocates no more than a small multiple of bytes.size().
+Result<MeshPage> decode_mesh_page(ByteView bytes);
 
 }  // namespace pmcd::proto

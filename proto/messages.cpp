@@ -135,7 +135,12 @@ Bytes encode(const Goodbye&) {
   return make_frame(Goodbye::kType, {});
 }
 Bytes encode(const GetMeshList& message) {
-  return encode_id_only(message);
+  ByteWriter writer;
+  writer.u32(message.id);
+  writer.str8(message.filter);
+  writer.str8(message.after);
+  writer.u16(message.most);
+  return make_frame(GetMeshList::kType, writer.take());
 }
 
 template <>
@@ -155,7 +160,17 @@ Result<Goodbye> decode<Goodbye>(ByteView body) {
 
 template <>
 Result<GetMeshList> decode<GetMeshList>(ByteView body) {
-  return decode_id_only<GetMeshList>(body, false);
+  ByteReader reader(body);
+  GetMeshList message;
+  message.id = reader.u32();
+  message.filter = reader.str8();
+  message.after = reader.str8();
+  message.most = reader.u16();
+  if (!reader.failed() && message.id == 0) return malformed(0, "the id of a request is 0");
+  if (message.filter.size() > kMaxNameBytes || message.after.size() > kMaxNameBytes) {
+    return malformed(4, "a filter or a name to go on after is longer than any name");
+  }
+  return finish(reader, std::move(message));
 }
 
 Bytes encode(const GetBaseMesh& message) {
@@ -190,6 +205,59 @@ Result<GetNextPacket> decode<GetNextPacket>(ByteView body) {
   message.handle = reader.u32();
   if (!reader.failed() && message.id == 0) return malformed(0, "the id of a request is 0");
   return finish(reader, message);
+}
+
+Bytes encode(const GetPacket& message) {
+  ByteWriter writer;
+  writer.u32(message.id);
+  writer.u64(message.generation);
+  writer.u32(message.packet);
+  writer.u64(message.offset);
+  return make_frame(GetPacket::kType, writer.take());
+}
+
+template <>
+Result<GetPacket> decode<GetPacket>(ByteView body) {
+  ByteReader reader(body);
+  GetPacket message;
+  message.id = reader.u32();
+  message.generation = reader.u64();
+  message.packet = reader.u32();
+  message.offset = reader.u64();
+  if (!reader.failed() && message.id == 0) return malformed(0, "the id of a request is 0");
+  return finish(reader, message);
+}
+
+Bytes encode(const Cancel& message) {
+  return encode_id_only(message);
+}
+
+template <>
+Result<Cancel> decode<Cancel>(ByteView body) {
+  return decode_id_only<Cancel>(body, false);
+}
+
+Bytes encode(const Notice& message) {
+  ByteWriter writer;
+  writer.u16(static_cast<std::uint16_t>(message.kind));
+  writer.u32(message.handle);
+  writer.u32(message.seconds);
+  writer.str16(printable(message.text, kMaxErrorTextBytes));
+  return make_frame(Notice::kType, writer.take());
+}
+
+template <>
+Result<Notice> decode<Notice>(ByteView body) {
+  ByteReader reader(body);
+  Notice message;
+  message.kind = static_cast<NoticeKind>(reader.u16());
+  message.handle = reader.u32();
+  message.seconds = reader.u32();
+  message.text = reader.str16();
+  if (message.text.size() > kMaxErrorTextBytes || !is_printable_utf8(message.text)) {
+    return malformed(10, "the notice's text is too long or cannot be printed");
+  }
+  return finish(reader, std::move(message));
 }
 
 Bytes encode(const MeshOpened& message) {

@@ -97,10 +97,14 @@ struct Goodbye {
   bool operator==(const Goodbye&) const = default;
 };
 
-/// u32 id (not 0). The answer is a transfer whose bytes are a mesh list, see mesh_list.h.
+/// u32 id (not 0), str8 filter, str8 after, u16 most. The answer is a transfer whose bytes are a page of the mesh list,
+/// see mesh_list.h. decode accepts any filter and any `after` of at most 128 bytes: they are compared, never stored.
 struct GetMeshList {
   static constexpr FrameType kType = FrameType::get_mesh_list;
   std::uint32_t id = 0;
+  std::string filter{};    ///< a name is wanted if it contains this, ASCII letters compared without case; empty: all
+  std::string after{};     ///< names bytewise greater than this only; empty: from the first on
+  std::uint16_t most = 0;  ///< entries at most, 0: as many as the server puts on a page
   bool operator==(const GetMeshList&) const = default;
 };
 
@@ -119,6 +123,39 @@ struct GetNextPacket {
   std::uint32_t id = 0;
   std::uint32_t handle = 0;
   bool operator==(const GetNextPacket&) const = default;
+};
+
+/// u32 id (not 0), u64 generation, u32 packet, u64 offset: that packet of that content from that byte on.
+struct GetPacket {
+  static constexpr FrameType kType = FrameType::get_packet;
+  std::uint32_t id = 0;
+  std::uint64_t generation = 0;
+  std::uint32_t packet = 0;
+  std::uint64_t offset = 0;
+  bool operator==(const GetPacket&) const = default;
+};
+
+/// u32 id (not 0): of the open request that is to end.
+struct Cancel {
+  static constexpr FrameType kType = FrameType::cancel;
+  std::uint32_t id = 0;
+  bool operator==(const Cancel&) const = default;
+};
+
+/// What a notice is about. decode keeps the number of a kind that it does not know: such a notice is skipped.
+enum class NoticeKind : std::uint16_t {
+  draining = 1,      ///< the server is ending: running transfers have `seconds` left, nothing new begins
+  mesh_retired = 2,  ///< the mesh of `handle` was replaced or removed; the handle is good for `seconds` more
+};
+
+/// u16 kind, u32 handle (0: the session), u32 seconds, str16 text (at most 512 bytes, for people).
+struct Notice {
+  static constexpr FrameType kType = FrameType::notice;
+  NoticeKind kind = NoticeKind::draining;
+  std::uint32_t handle = 0;
+  std::uint32_t seconds = 0;
+  std::string text;
+  bool operator==(const Notice&) const = default;
 };
 
 /// u32 id, u32 handle (not 0), u64 generation, rest: level directory as docs/FORMAT.md defines it
@@ -174,6 +211,9 @@ Bytes encode(const Goodbye& message);
 Bytes encode(const GetMeshList& message);
 Bytes encode(const GetBaseMesh& message);
 Bytes encode(const GetNextPacket& message);
+Bytes encode(const GetPacket& message);
+Bytes encode(const Cancel& message);
+Bytes encode(const Notice& message);
 Bytes encode(const MeshOpened& message);
 Bytes encode(const TransferEnd& message);
 
@@ -208,6 +248,12 @@ template <>
 Result<GetBaseMesh> decode<GetBaseMesh>(ByteView body);
 template <>
 Result<GetNextPacket> decode<GetNextPacket>(ByteView body);
+template <>
+Result<GetPacket> decode<GetPacket>(ByteView body);
+template <>
+Result<Cancel> decode<Cancel>(ByteView body);
+template <>
+Result<Notice> decode<Notice>(ByteView body);
 template <>
 Result<MeshOpened> decode<MeshOpened>(ByteView body);
 template <>

@@ -9,7 +9,16 @@ namespace pmcd::proto {
 namespace {
 
 bool is_request(FrameType type) {
-  return type == FrameType::get_mesh_list || type == FrameType::get_base_mesh || type == FrameType::get_next_packet;
+  switch (type) {
+    case FrameType::get_mesh_list:
+    case FrameType::get_base_mesh:
+    case FrameType::get_next_packet:
+    case FrameType::get_packet:
+    case FrameType::cancel:
+      return true;
+    default:
+      return false;
+  }
 }
 
 bool is_admin_request(FrameType type) {

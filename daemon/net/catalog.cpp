@@ -76,7 +76,12 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list() {
     // Nothing is ingested under another name, but somebody else may have written to the file.
     if (proto::is_mesh_name(mesh.name)) entries.push_back(list_entry(mesh));
   }
-  auto list = std::make_shared<const proto::Bytes>(proto::encode_mesh_list(entries));
+  proto::MeshPage page;
+  page.matches = static_cast<std::uint32_t>(entries.size());
+  if (entries.size() > proto::kMaxPageEntries) entries.resize(proto::kMaxPageEntries);
+  page.remaining = page.matches - static_cast<std::uint32_t>(entries.size());
+  page.entries = std::move(entries);
+  auto list = std::make_shared<const proto::Bytes>(proto::encode_mesh_page(page));
   if (version == version_) list_ = list;
   co_return SharedBytes(std::move(list));
 }

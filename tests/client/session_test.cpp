@@ -70,7 +70,7 @@ TEST(Session, ListsMeshes) {
   proto::MeshListEntry entry;
   entry.name = "bunny";
   entry.vertices = 7;
-  const proto::Bytes list = proto::encode_mesh_list({entry});
+  const proto::Bytes list = proto::encode_mesh_page({1, 0, {entry}});
   MockServer server([&](MockServer& s) {
     auto peer = s.accept_session();
     const auto id = peer.request.expect<proto::GetMeshList>().id;
@@ -193,7 +193,7 @@ TEST(Session, FramesOfLaterVersionsAreSkipped) {
   const MockMesh mesh = mock_mesh({10});
   MockServer server([&](MockServer& s) {
     auto peer = s.accept_session();
-    peer.request.send_bytes(proto::make_frame(static_cast<proto::FrameType>(0x0009), {}));
+    peer.request.send_bytes(proto::make_frame(static_cast<proto::FrameType>(0x000a), {}));
     peer.data.send_bytes(proto::make_frame(static_cast<proto::FrameType>(0x7777), mesh.directory));
     MockServer::serve_base(peer, mesh);
     peer.request.expect<proto::Goodbye>();

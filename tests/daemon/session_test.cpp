@@ -46,18 +46,18 @@ TEST(Session, MeshList) {
   EXPECT_EQ(transfer.handle, 0U);
   EXPECT_EQ(transfer.packet, 0U);
   EXPECT_EQ(transfer.result, TransferResult::complete);
-  EXPECT_TRUE(proto::decode_mesh_list(transfer.bytes).value().empty());
+  EXPECT_TRUE(proto::decode_mesh_page(transfer.bytes).value().entries.empty());
 
   const FakeMesh mesh = fake_mesh(1, {100, 2000});
   ingest(server, "b", mesh);
   ingest(server, "a", fake_mesh(2, {50}));
   session.requests.send(proto::encode(proto::GetMeshList{1}));
   transfer = session.next_transfer();
-  const auto list = proto::decode_mesh_list(transfer.bytes);
+  const auto list = proto::decode_mesh_page(transfer.bytes);
   ASSERT_TRUE(list.ok()) << list.error().detail;
-  ASSERT_EQ(list.value().size(), 2U);
-  EXPECT_EQ(list.value()[0].name, "a");
-  EXPECT_TRUE(list.value()[0].lossless);
+  ASSERT_EQ(list.value().entries.size(), 2U);
+  EXPECT_EQ(list.value().entries[0].name, "a");
+  EXPECT_TRUE(list.value().entries[0].lossless);
   proto::MeshListEntry expected;
   expected.name = "b";
   expected.generation = mesh.directory.generation;
@@ -69,7 +69,7 @@ TEST(Session, MeshList) {
   expected.bits = 14;
   expected.box_min = mesh.directory.box_min;
   expected.box_max = mesh.directory.box_max;
-  EXPECT_EQ(list.value()[1], expected);
+  EXPECT_EQ(list.value().entries[1], expected);
 }
 
 TEST(Session, FetchesEveryPacketAndThenEndOfMesh) {
@@ -193,7 +193,7 @@ TEST(Session, SeveralMeshesInOneSessionRunSideBySide) {
   EXPECT_EQ(got[2], b.packets[0]);
   EXPECT_EQ(got[3], a.packets[1]);
   EXPECT_EQ(got[4], b.packets[1]);
-  EXPECT_EQ(proto::decode_mesh_list(got[5]).value().size(), 2U);
+  EXPECT_EQ(proto::decode_mesh_page(got[5]).value().entries.size(), 2U);
   EXPECT_LT(std::find(ends.begin(), ends.end(), 1), std::find(ends.begin(), ends.end(), 3));
   EXPECT_LT(std::find(ends.begin(), ends.end(), 2), std::find(ends.begin(), ends.end(), 4));
 }

@@ -102,17 +102,20 @@ TEST(Document, Limits) {
       {"length field, admin channel, both ways", std::to_string(kMaxAdminFrame)},
       {"bytes in a chunk, an ingest_data or an admin_answer", std::to_string(kMaxChunkBytes)},
       {"bytes of a level directory", std::to_string(kMaxDirectoryBytes)},
+      {"meshes on a page of the mesh list", std::to_string(kMaxPageEntries)},
       {"open requests of a session", std::to_string(kMaxOpenRequests)},
-      {"bytes of a mesh name", std::to_string(kMaxNameBytes)},
+      {"bytes of a mesh name, of filter and of after", std::to_string(kMaxNameBytes)},
       {"bytes of an agent's name", std::to_string(kMaxAgentBytes)},
-      {"bytes of an error's text", std::to_string(kMaxErrorTextBytes)},
+      {"bytes of the text of an error or a notice", std::to_string(kMaxErrorTextBytes)},
       {"seconds a token is good", std::to_string(kJoinSeconds)},
   };
   EXPECT_EQ(documented, expected);
 }
 
-/// The worked example as the document should have it: label, frame.
-std::vector<std::pair<std::string, Bytes>> example() {
+using Frames = std::vector<std::pair<std::string, Bytes>>;
+
+/// The first worked example as the document should have it: label, frame.
+Frames fetch_example() {
   const ChunkHeader header{1, 1, 0, 0, 10};
   const Bytes packet = testing::text_bytes("0123456789");
   ChunkHeader second = header;
@@ -135,28 +138,76 @@ std::vector<std::pair<std::string, Bytes>> example() {
   };
 }
 
-TEST(Document, WorkedExample) {
-  std::vector<std::pair<std::string, Bytes>> documented;
+/// The second one.
+Frames resume_example() {
+  constexpr std::uint64_t kGeneration = 0x1122334455667788;
+  const Bytes directory = testing::text_bytes("DIRECTORY");
+  const Bytes packet = testing::text_bytes("0123456789");
+  MeshListEntry cube;
+  cube.name = "cube";
+  cube.generation = kGeneration;
+  cube.vertices = 8;
+  cube.faces = 12;
+  cube.levels = 1;
+  cube.bytes = packet.size();
+  cube.lossless = true;
+  cube.bits = 14;
+  cube.box_max = {1, 1, 1};
+  const Bytes page = encode_mesh_page({1, 0, {cube}});
+  return {
+      {"client, request: get_base_mesh", encode(GetBaseMesh{1, "cube"})},
+      {"server, request: mesh_opened", encode(MeshOpened{1, 1, kGeneration, directory})},
+      {"server, data: chunk", testing::chunk_frame({1, 1, 0, 0, 10}, ByteView(packet).first(6))},
+      {"client, request: cancel", encode(Cancel{1})},
+      {"server, data: transfer_end", encode(TransferEnd{1, TransferResult::cancelled, ErrorCode::none})},
+      {"client, request: goodbye", encode(Goodbye{})},
+      {"client, request: get_packet", encode(GetPacket{7, kGeneration, 0, 6})},
+      {"server, request: mesh_opened", encode(MeshOpened{7, 1, kGeneration, directory})},
+      {"server, data: chunk", testing::chunk_frame({7, 1, 0, 6, 10}, ByteView(packet).subspan(6))},
+      {"server, data: transfer_end", encode(TransferEnd{7, TransferResult::complete, ErrorCode::none})},
+      {"client, request: get_mesh_list", encode(GetMeshList{8, "CUB", "", 1})},
+      {"server, data: chunk", testing::chunk_frame({8, 0, 0, 0, page.size()}, page)},
+      {"server, data: transfer_end", encode(TransferEnd{8, TransferResult::complete, ErrorCode::none})},
+      {"server, request: notice", encode(Notice{NoticeKind::mesh_retired, 1, 600, "gone"})},
+  };
+}
+
+/// The frames of the n-th fenced block below the heading of the examples.
+Frames documented_example(int n) {
+  Frames frames;
   bool below = false;
   bool fenced = false;
+  int block = 0;
   for (const std::string& line : document_lines()) {
-    if (line.rfind("## ", 0) == 0) below = line == "## A worked example";
+    if (line.rfind("## ", 0) == 0) below = line == "## Worked examples";
     if (!below) continue;
     if (line.rfind("```", 0) == 0) {
       fenced = !fenced;
-    } else if (fenced && line.rfind("# ", 0) == 0) {
-      documented.emplace_back(line.substr(2), Bytes{});
-    } else if (fenced && !documented.empty()) {
+      if (fenced) ++block;
+    } else if (!fenced || block != n) {
+      continue;
+    } else if (line.rfind("# ", 0) == 0) {
+      frames.emplace_back(line.substr(2), Bytes{});
+    } else if (!frames.empty()) {
       const Bytes more = testing::from_hex(line);
-      documented.back().second.insert(documented.back().second.end(), more.begin(), more.end());
+      frames.back().second.insert(frames.back().second.end(), more.begin(), more.end());
     }
   }
-  const auto expected = example();
+  return frames;
+}
+
+void expect_same(const Frames& documented, const Frames& expected) {
   ASSERT_EQ(documented.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(documented[i].first, expected[i].first) << "frame " << i;
     EXPECT_EQ(testing::to_hex(documented[i].second), testing::to_hex(expected[i].second)) << expected[i].first;
   }
+}
+
+TEST(Document, WorkedExamples) {
+  expect_same(documented_example(1), fetch_example());
+  expect_same(documented_example(2), resume_example());
+  EXPECT_TRUE(documented_example(3).empty()) << "an example that nothing checks";
 }
 
 }  // namespace

@@ -76,52 +76,84 @@ MeshListEntry entry(std::string name) {
   return out;
 }
 
+MeshPage page(std::vector<MeshListEntry> entries, std::uint32_t remaining = 0) {
+  const auto matches = static_cast<std::uint32_t>(entries.size()) + remaining;
+  return {matches, remaining, std::move(entries)};
+}
+
 TEST(MeshList, GoldenBytes) {
   MeshListEntry one = entry("bunny");
   one.float64 = true;
   EXPECT_EQ(
-      testing::to_hex(encode_mesh_list({one})),
+      testing::to_hex(encode_mesh_page({9, 3, {one}})),
       testing::to_hex(testing::from_hex(
-          "01000000 05 62756e6e79 efcdab8967452301 64000000 c4000000 09000000 8813000000000000 03 0c 00"
+          "09000000 03000000 01000000 05 62756e6e79 efcdab8967452301 64000000 c4000000 09000000 8813000000000000 03 0c "
+          "00"
           "000000000000f0bf 00000000000000c0 00000000000008c0 000000000000f03f 0000000000000040 0000000000000c40")));
-  EXPECT_EQ(testing::to_hex(encode_mesh_list({})), "00 00 00 00");
+  EXPECT_EQ(testing::to_hex(encode_mesh_page({})), "00 00 00 00 00 00 00 00 00 00 00 00");
 }
 
 TEST(MeshList, RoundTrip) {
-  const std::vector<MeshListEntry> entries{entry("a"), entry("b"), entry("b\xc3\xbcste")};
-  const auto decoded = decode_mesh_list(encode_mesh_list(entries));
+  const MeshPage whole = page({entry("a"), entry("b"), entry("b\xc3\xbcste")}, 7);
+  const auto decoded = decode_mesh_page(encode_mesh_page(whole));
   ASSERT_TRUE(decoded.ok()) << decoded.error().detail;
-  EXPECT_EQ(*decoded, entries);
-  EXPECT_TRUE(decode_mesh_list(encode_mesh_list({}))->empty());
+  EXPECT_EQ(*decoded, whole);
+  EXPECT_EQ(*decode_mesh_page(encode_mesh_page({})), MeshPage{});
 }
 
 TEST(MeshList, EveryPrefixAndOneByteMoreAreRefused) {
-  Bytes bytes = encode_mesh_list({entry("a"), entry("b")});
+  Bytes bytes = encode_mesh_page(page({entry("a"), entry("b")}));
   for (std::size_t n = 0; n < bytes.size(); ++n) {
-    const auto decoded = decode_mesh_list(ByteView(bytes).first(n));
+    const auto decoded = decode_mesh_page(ByteView(bytes).first(n));
     ASSERT_FALSE(decoded.ok()) << n;
     EXPECT_EQ(decoded.error().code, ErrorCode::malformed);
   }
   bytes.push_back(std::byte{0});
-  EXPECT_FALSE(decode_mesh_list(bytes).ok());
+  EXPECT_FALSE(decode_mesh_page(bytes).ok());
 }
 
-TEST(MeshList, RefusesACountThatTheBytesCannotHold) {
-  const auto decoded = decode_mesh_list(testing::from_hex("ffffffff"));
+TEST(MeshList, RefusesCountsThatCannotBe) {
+  const auto decoded = decode_mesh_page(testing::from_hex("ffffffff 00000000 ffffffff"));
   ASSERT_FALSE(decoded.ok());
-  EXPECT_EQ(decoded.error().where, 0u);
+  EXPECT_EQ(decoded.error().where, 8u) << "more than the bytes can hold";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page({0, 0, {entry("a")}})).ok()) << "fewer matches than entries";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page({3, 3, {entry("a")}})).ok()) << "more remaining than matches";
+  std::vector<MeshListEntry> many;
+  for (std::uint32_t i = 0; i <= kMaxPageEntries; ++i) many.push_back(entry("n" + std::to_string(100'000 + i)));
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page(page(many))).ok()) << "one entry too many";
+  many.pop_back();
+  EXPECT_TRUE(decode_mesh_page(encode_mesh_page(page(many))).ok());
+}
+
+TEST(MeshList, AFullPageOfTheLongestNamesIsWithinTheLimit) {
+  std::vector<MeshListEntry> many;
+  for (std::uint32_t i = 0; i < kMaxPageEntries; ++i) {
+    many.push_back(entry(std::to_string(1000 + i) + std::string(kMaxNameBytes - 4, 'x')));
+  }
+  EXPECT_LE(encode_mesh_page(page(many)).size(), kMaxMeshPageBytes);
 }
 
 TEST(MeshList, RefusesEntriesThatMakeNoSense) {
-  EXPECT_FALSE(decode_mesh_list(encode_mesh_list({entry("b"), entry("a")})).ok()) << "order";
-  EXPECT_FALSE(decode_mesh_list(encode_mesh_list({entry("a"), entry("a")})).ok()) << "twice";
-  EXPECT_FALSE(decode_mesh_list(encode_mesh_list({entry("a/b")})).ok()) << "name";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page(page({entry("b"), entry("a")}))).ok()) << "order";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page(page({entry("a"), entry("a")}))).ok()) << "twice";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page(page({entry("a/b")}))).ok()) << "name";
   MeshListEntry infinite = entry("a");
   infinite.box_max[2] = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(decode_mesh_list(encode_mesh_list({infinite})).ok()) << "box";
-  Bytes flags = encode_mesh_list({entry("a")});
-  flags[4 + 2 + 28] |= std::byte{4};
-  EXPECT_FALSE(decode_mesh_list(flags).ok()) << "flags";
+  EXPECT_FALSE(decode_mesh_page(encode_mesh_page(page({infinite}))).ok()) << "box";
+  Bytes flags = encode_mesh_page(page({entry("a")}));
+  flags[12 + 2 + 28] |= std::byte{4};
+  EXPECT_FALSE(decode_mesh_page(flags).ok()) << "flags";
+}
+
+TEST(MeshList, FilterComparesAsciiWithoutCase) {
+  EXPECT_TRUE(matches_filter("Stanford Bunny", ""));
+  EXPECT_TRUE(matches_filter("Stanford Bunny", "bunny"));
+  EXPECT_TRUE(matches_filter("Stanford Bunny", "D bU"));
+  EXPECT_FALSE(matches_filter("Stanford Bunny", "bunnyx"));
+  EXPECT_FALSE(matches_filter("bunny", "b.nny")) << "no pattern";
+  EXPECT_TRUE(matches_filter("B\xc3\xbcste", "b\xc3\xbc"));
+  EXPECT_FALSE(matches_filter("B\xc3\xbcste", "b\xc3\x9c")) << "only ASCII letters have no case";
+  EXPECT_FALSE(matches_filter("[", "{")) << "only letters";
 }
 
 TEST(Codes, NumbersSayWhatTheyEnd) {
@@ -160,7 +192,8 @@ TEST(Session, BeforeJoinOnlyPingAndGoodbye) {
   using enum SessionState;
   EXPECT_EQ(check(Channel::request, greeted, FrameType::ping), ErrorCode::none);
   EXPECT_EQ(check(Channel::request, greeted, FrameType::goodbye), ErrorCode::none);
-  for (const FrameType type : {FrameType::get_mesh_list, FrameType::get_base_mesh, FrameType::get_next_packet}) {
+  for (const FrameType type : {FrameType::get_mesh_list, FrameType::get_base_mesh, FrameType::get_next_packet,
+                               FrameType::get_packet, FrameType::cancel}) {
     EXPECT_EQ(check(Channel::request, greeted, type), ErrorCode::not_joined);
     EXPECT_EQ(check(Channel::request, joined, type), ErrorCode::none);
   }
@@ -172,6 +205,7 @@ TEST(Session, KnownTypesInTheWrongPlaceEndTheSession) {
     EXPECT_EQ(check(Channel::request, state, FrameType::hello), ErrorCode::wrong_state);
     EXPECT_EQ(check(Channel::request, state, FrameType::join), ErrorCode::wrong_state);
     EXPECT_EQ(check(Channel::request, state, FrameType::chunk), ErrorCode::wrong_state);
+    EXPECT_EQ(check(Channel::request, state, FrameType::notice), ErrorCode::wrong_state);
     EXPECT_EQ(check(Channel::request, state, FrameType::admin_remove), ErrorCode::wrong_state);
   }
   EXPECT_EQ(check(Channel::data, joined, FrameType::join), ErrorCode::wrong_state);
@@ -184,7 +218,7 @@ TEST(Session, KnownTypesInTheWrongPlaceEndTheSession) {
 TEST(Session, UnknownTypesLeaveItStanding) {
   using enum SessionState;
   for (const std::uint16_t type :
-       {std::uint16_t{0}, std::uint16_t{0x0009}, std::uint16_t{0x0014}, std::uint16_t{0xffff}}) {
+       {std::uint16_t{0}, std::uint16_t{0x000a}, std::uint16_t{0x0015}, std::uint16_t{0xffff}}) {
     EXPECT_EQ(check_client_frame(Channel::request, greeted, type), ErrorCode::unknown_type);
     EXPECT_EQ(check_client_frame(Channel::data, joined, type), ErrorCode::unknown_type);
     EXPECT_EQ(check_client_frame(Channel::admin, joined, type), ErrorCode::unknown_type);

@@ -18,9 +18,14 @@ std::vector<Sample> all_samples() {
   samples.push_back(
       sample(Join{{1, 0}, counting_token()}, "1a000000 0700 504d4344 0100 0000 000102030405060708090a0b0c0d0e0f"));
   samples.push_back(sample(JoinOk{{1, 0}}, "0a000000 0800 504d4344 0100 0000"));
-  samples.push_back(sample(GetMeshList{1}, "06000000 1000 01000000"));
+  samples.push_back(sample(GetMeshList{1, "bun", "a", 20}, "0e000000 1000 01000000 03 62756e 01 61 1400"));
   samples.push_back(sample(GetBaseMesh{2, "bunny"}, "0c000000 1100 02000000 05 62756e6e79"));
   samples.push_back(sample(GetNextPacket{3, 1}, "0a000000 1200 03000000 01000000"));
+  samples.push_back(sample(GetPacket{4, 0x0123456789abcdef, 3, 258},
+                           "1a000000 1300 04000000 efcdab8967452301 03000000 0201000000000000"));
+  samples.push_back(sample(Cancel{4}, "06000000 1400 04000000"));
+  samples.push_back(
+      sample(Notice{NoticeKind::mesh_retired, 1, 600, "gone"}, "12000000 0900 0200 01000000 58020000 0400 676f6e65"));
   samples.push_back(sample(MeshOpened{2, 1, 0x0123456789abcdef, text_bytes("dir")},
                            "15000000 2000 02000000 01000000 efcdab8967452301 646972", true));
   samples.push_back({"chunk", chunk_frame({2, 1, 0, 4, 7}, text_bytes("abc")),
