@@ -9,6 +9,7 @@
 #include <array>
 #include <boost/program_options.hpp>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -43,6 +44,16 @@ po::options_description file_options() {
       ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                 //
       ("rule", text("NAME"), "distribution rule (fifo)")                                              //
       ("slots", text("N"), "transfers that run at the same time (1)")                                 //
+      ("max-sessions", text("N"), "sessions at the same time (9000) ")                                //
+      ("max-sessions-per-address", text("N"), "of these, from one IPv4 address or IPv6 /64 (256)")    //
+      ("hello-timeout", text("SECONDS"), "for the first frame of a connection (10)")                  //
+      ("join-timeout", text("SECONDS"), "for the data channel of a session (30)")                     //
+      ("stall-timeout", text("SECONDS"), "a client that takes nothing for so long is dropped (10)")   //
+      ("min-rate", text("BYTES"),
+       "a client that takes less a second, over 30 s of its turn, is dropped; 0: none (500)")            //
+      ("drain-timeout", text("SECONDS"), "for running transfers when pmcd is told to end (5)")           //
+      ("grace-time", text("SECONDS"), "for sessions with a mesh that was replaced or removed (600)")     //
+      ("cache-size", text("BYTES"), "memory for packets sent lately; K, M, G behind it; 0: none (64M)")  //
       ("log-level", text("LEVEL"), "trace, debug, info, warn, error, critical or off (info)");
   return options;
 }
@@ -123,6 +134,43 @@ class Taker {
     }
   }
 
+  /// Seconds, with up to three decimals.
+  void seconds(const char* name, std::chrono::milliseconds most, std::chrono::milliseconds& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    double value = 0;
+    const char* const end = given->value.data() + given->value.size();
+    const auto [stop, error] = std::from_chars(given->value.data(), end, value, std::chars_format::fixed);
+    const auto least_s = std::chrono::duration<double>(kMinTime).count();
+    const auto most_s = std::chrono::duration<double>(most).count();
+    if (error != std::errc() || stop != end || !(value >= least_s && value <= most_s)) {
+      std::ostringstream range;
+      range << "must be a number of seconds from " << least_s << " to " << most_s;
+      complain(*given, range.str());
+    } else {
+      into = std::chrono::milliseconds(std::llround(value * 1000));
+    }
+  }
+
+  /// Bytes, with K, M or G (powers of 1024) behind the number.
+  void bytes(const char* name, std::uint64_t most, std::uint64_t& into) {
+    const Given* given = find(name);
+    if (given == nullptr) return;
+    std::uint64_t value = 0;
+    const char* const end = given->value.data() + given->value.size();
+    const auto [stop, error] = std::from_chars(given->value.data(), end, value);
+    const std::string_view unit(stop, static_cast<std::size_t>(end - stop));
+    const std::string_view units = "KMG";
+    const std::size_t power = unit.size() == 1 ? units.find(unit[0]) : std::string_view::npos;
+    const int shift = unit.empty() ? 0 : 10 * (static_cast<int>(power) + 1);
+    const bool known = unit.empty() || power != std::string_view::npos;
+    if (error != std::errc() || !known || value > most >> shift) {
+      complain(*given, "must be a number of bytes up to " + std::to_string(most) + ", or one with K, M or G behind it");
+    } else {
+      into = value << shift;
+    }
+  }
+
   void one_of(const char* name, const std::vector<std::string_view>& allowed, std::string& into) {
     const Given* given = find(name);
     if (given == nullptr) return;
@@ -172,6 +220,15 @@ std::variant<Config, ConfigAnswer, ConfigError> judge(const Values& values) {
   for (const auto& rule : scheduler::all_rules()) rules.push_back(rule.name);
   take.one_of("rule", rules, config.rule);
   take.number<std::size_t>("slots", 1, kMaxSlots, config.slots);
+  take.number<std::size_t>("max-sessions", 1, kMaxSessions, config.max_sessions);
+  take.number<std::size_t>("max-sessions-per-address", 1, kMaxSessions, config.max_sessions_per_address);
+  take.seconds("hello-timeout", kMaxTime, config.hello_timeout);
+  take.seconds("join-timeout", kMaxJoinTime, config.join_timeout);
+  take.seconds("stall-timeout", kMaxTime, config.stall_timeout);
+  take.number<std::uint64_t>("min-rate", 0, kMaxMinRate, config.min_rate);
+  take.seconds("drain-timeout", kMaxTime, config.drain_timeout);
+  take.seconds("grace-time", kMaxTime, config.grace_time);
+  take.bytes("cache-size", kMaxCacheBytes, config.cache_bytes);
   take.one_of("log-level", {kLogLevels.begin(), kLogLevels.end()}, config.log_level);
   if (take.complaint()) return *take.complaint();
   if (config.request_port != 0 && config.request_port == config.data_port) {

@@ -3,6 +3,7 @@
 // line goes before the file, the file before the defaults. It opens nothing but the config file.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <iosfwd>
@@ -19,6 +20,15 @@ struct Config {
   std::string admin_socket = "/run/pmcd/admin.sock";
   std::string rule = "fifo";
   std::size_t slots = 1;
+  std::size_t max_sessions = 9'000;
+  std::size_t max_sessions_per_address = 256;
+  std::chrono::milliseconds hello_timeout{10'000};
+  std::chrono::milliseconds join_timeout{30'000};
+  std::chrono::milliseconds stall_timeout{10'000};
+  std::uint64_t min_rate = 500;  ///< bytes a second; 0: none
+  std::chrono::milliseconds drain_timeout{5'000};
+  std::chrono::milliseconds grace_time{600'000};
+  std::uint64_t cache_bytes = std::uint64_t{64} << 20;  ///< 0: no cache
   std::string log_level = "info";
   bool check_only = false;  ///< --check-config
 };
@@ -34,6 +44,13 @@ struct ConfigAnswer {
 };
 
 inline constexpr std::size_t kMaxSlots = 1'024;
+inline constexpr std::size_t kMaxSessions = 1'000'000;
+inline constexpr std::uint64_t kMaxMinRate = 1'000'000'000;
+inline constexpr std::chrono::milliseconds kMinTime{1};
+inline constexpr std::chrono::milliseconds kMaxTime = std::chrono::hours(24);
+/// The seconds that a token is good travel in 16 bits.
+inline constexpr std::chrono::milliseconds kMaxJoinTime = std::chrono::hours(1);
+inline constexpr std::uint64_t kMaxCacheBytes = std::uint64_t{1} << 40;
 
 std::variant<Config, ConfigAnswer, ConfigError> read_config(int argc, const char* const* argv,
                                                             const std::string& version);

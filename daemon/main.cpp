@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <exception>
 #include <memory>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -79,7 +80,7 @@ net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& i
   net::error_code ignored;
   const int signal = co_await signals.async_wait(net::resume_with(ignored));
   spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
-  sd_notify(0, "STOPPING=1\nSTATUS=draining");
+  sd_notify(0, "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins");
   signals.async_wait([](const net::error_code& error, int) {
     if (error) return;
     spdlog::warn("a second signal: ending at once");
@@ -88,6 +89,18 @@ net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& i
   in_order = co_await server.drain();
   signals.cancel(ignored);
   io.stop();
+}
+
+/// A handler that runs out of memory ends what it was about; the loop goes on with the others.
+void run_to_the_end(net::asio::io_context& io) {
+  while (true) {
+    try {
+      io.run();
+      return;
+    } catch (const std::bad_alloc&) {
+      spdlog::error("out of memory: something was left undone");
+    }
+  }
 }
 
 std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
@@ -100,15 +113,24 @@ std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
 }
 
 int serve(const Config& config) {
-  // A peer that closes is an error of write(), not the end of the daemon.
+  // A peer that closes is an error of write(), not the end of the daemon; and so is a limit on file sizes.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   net::ServerOptions options;
   options.listen = config.listen;
   options.request_port = config.request_port;
   options.data_port = config.data_port;
   options.admin_socket = config.admin_socket;
   options.version = PMCD_VERSION;
-  options.limits.sessions = sessions_that_fit(options.limits.sessions);
+  options.limits.sessions = sessions_that_fit(config.max_sessions);
+  options.limits.sessions_per_address = config.max_sessions_per_address;
+  options.limits.hello = config.hello_timeout;
+  options.limits.join = config.join_timeout;
+  options.limits.stall = config.stall_timeout;
+  options.limits.min_rate = config.min_rate;
+  options.limits.drain = config.drain_timeout;
+  options.limits.grace = config.grace_time;
+  options.limits.cache_bytes = config.cache_bytes;
 
   net::asio::io_context io(1);
   // The writer first: it makes the tables that the reader expects.
@@ -129,7 +151,7 @@ int serve(const Config& config) {
                              std::to_string(server.request_port()) + ", data port " +
                              std::to_string(server.data_port());
   sd_notify(0, status.c_str());
-  io.run();
+  run_to_the_end(io);
   if (!in_order) {
     // Something still runs in this server: its destructor must not pull the ground from under it.
     spdlog::error("not everything ended in time");

@@ -236,8 +236,8 @@ awaitable<bool> AdminConnection::ingest_commit(std::uint32_t id) {
   const store::MeshSummary& mesh = inserted.value().mesh;
   log("ingest", mesh.name,
       "stored: " + std::to_string(mesh.packets) + " packets, " + std::to_string(mesh.bytes) + " bytes" +
-          (inserted.value().replaced ? ", in place of the mesh of that name" : ""));
-  channel_->send(proto::encode(proto::IngestOk{id, mesh.generation, inserted.value().replaced}));
+          (inserted.value().replaced() ? ", in place of the mesh of that name" : ""));
+  channel_->send(proto::encode(proto::IngestOk{id, mesh.generation, inserted.value().replaced()}));
   ingest_.reset();
   co_return true;
 }

@@ -19,6 +19,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
+#include <cstddef>
 
 namespace pmcd::net {
 
@@ -50,12 +51,17 @@ class Condition {
     if (timer_.expiry() <= Clock::now()) timer_.expires_at(Clock::time_point::max());
     if (limit < timer_.expiry()) timer_.expires_at(limit);  // wakes the other waiters, which then wait again
     error_code ignored;
+    ++waiting_;
     co_await timer_.async_wait(resume_with(ignored));
+    --waiting_;
   }
-  void notify() { timer_.cancel(); }
+  void notify() {
+    if (waiting_ > 0) timer_.cancel();
+  }
 
  private:
   asio::steady_timer timer_;
+  std::size_t waiting_ = 0;
 };
 
 }  // namespace pmcd::net

@@ -1,55 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Calls to the store threads and back.
+// Calls to the store threads and back, and what of their answers is kept.
 #include "daemon/net/catalog.h"
 
-#include <boost/asio/executor_work_guard.hpp>
-#include <type_traits>
+#include <new>
 #include <utility>
 
-#include "proto/mesh_list.h"
-#include "proto/text.h"
+#include "daemon/net/mesh_index.h"
+#include "daemon/net/on_store.h"
 
 namespace pmcd::net {
 namespace {
-
-/// Runs `work(store)` on the store's thread and resumes the calling coroutine on `executor` with what it
-/// returned.
-template <typename Work>
-auto on_store(asio::any_io_executor executor, store::StoreThread& thread, Work work)
-    -> awaitable<std::invoke_result_t<Work, store::MeshStore&>> {
-  using Answer = std::invoke_result_t<Work, store::MeshStore&>;
-  auto initiate = [&thread, executor, &work](auto handler) {
-    // The queue's jobs are copyable functions, the handler can only be moved: hence the shared pointers.
-    auto waiting = std::make_shared<decltype(handler)>(std::move(handler));
-    auto guard = std::make_shared<asio::executor_work_guard<asio::any_io_executor>>(executor);
-    const auto resume = [executor, waiting, guard](Answer answer) {
-      asio::post(executor, [waiting, answer = std::move(answer)]() mutable { (*waiting)(std::move(answer)); });
-      guard->reset();
-    };
-    const bool posted =
-        thread.post([work = std::move(work), resume](store::MeshStore& store) mutable { resume(work(store)); });
-    if (!posted) resume(store::Error{store::ErrorCode::database_failed, "too many requests wait for the database"});
-  };
-  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>&, void(Answer)>(std::move(initiate),
-                                                                                        asio::use_awaitable);
-}
-
-proto::MeshListEntry list_entry(const store::MeshSummary& mesh) {
-  proto::MeshListEntry entry;
-  entry.name = mesh.name;
-  entry.generation = mesh.generation;
-  entry.vertices = mesh.vertices;
-  entry.faces = mesh.faces;
-  entry.levels = mesh.packets;
-  entry.bytes = mesh.bytes;
-  entry.lossless = mesh.lossless;
-  entry.float64 = mesh.lattice.scalar == codec::Scalar::float64;
-  entry.bits = static_cast<std::uint8_t>(mesh.lattice.bits);
-  entry.format_version = mesh.format_version;
-  entry.box_min = mesh.box_min;
-  entry.box_max = mesh.box_max;
-  return entry;
-}
 
 proto::Bytes directory_bytes(const store::Mesh& mesh) {
   codec::Directory directory;
@@ -63,61 +23,114 @@ proto::Bytes directory_bytes(const store::Mesh& mesh) {
   return codec::serialize(directory);
 }
 
+store::Error mesh_gone() {
+  return {store::ErrorCode::unknown_mesh, "the mesh was replaced or removed"};
+}
+
 }  // namespace
 
-awaitable<store::Result<SharedBytes>> Catalog::mesh_list() {
-  if (list_) co_return list_;
+struct Catalog::ListOnReader {
+  std::uint64_t version = 0;
+  std::optional<MeshIndex> index;
+};
+
+Catalog::Catalog(TaskGroup& tasks, store::StoreThread& reader, store::StoreThread& writer,
+                 const CatalogOptions& options)
+    : tasks_(tasks),
+      reader_(reader),
+      writer_(writer),
+      budget_(std::make_shared<store::UploadBudget>(options.uploads)),
+      collector_(tasks, writer, options.grace, [this](store::MeshId mesh) { gone(mesh); }),
+      cache_(options.cache_bytes),
+      list_(std::make_shared<ListOnReader>()) {}
+
+awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std::string after, std::uint32_t most) {
+  const bool first = filter.empty() && after.empty() && (most == 0 || most >= proto::kMaxPageEntries);
+  if (first && first_page_) co_return first_page_;
   const std::uint64_t version = version_;
-  const auto meshes = co_await summaries();
-  if (!meshes) co_return meshes.error();
-  std::vector<proto::MeshListEntry> entries;
-  entries.reserve(meshes.value().size());
-  for (const store::MeshSummary& mesh : meshes.value()) {
-    // Nothing is ingested under another name, but somebody else may have written to the file.
-    if (proto::is_mesh_name(mesh.name)) entries.push_back(list_entry(mesh));
-  }
-  proto::MeshPage page;
-  page.matches = static_cast<std::uint32_t>(entries.size());
-  if (entries.size() > proto::kMaxPageEntries) entries.resize(proto::kMaxPageEntries);
-  page.remaining = page.matches - static_cast<std::uint32_t>(entries.size());
-  page.entries = std::move(entries);
-  auto list = std::make_shared<const proto::Bytes>(proto::encode_mesh_page(page));
-  if (version == version_) list_ = list;
-  co_return SharedBytes(std::move(list));
+  auto work = [list = list_, version, filter = std::move(filter), after = std::move(after),
+               most](store::MeshStore& store) -> store::Result<SharedBytes> {
+    if (!list->index || list->version != version) {
+      const auto meshes = store.list();
+      if (!meshes) return meshes.error();
+      list->index.emplace(meshes.value());
+      list->version = version;
+    }
+    return SharedBytes(
+        std::make_shared<const proto::Bytes>(proto::encode_mesh_page(list->index->page(filter, after, most))));
+  };
+  auto page = co_await on_store(tasks_.executor(), reader_, std::move(work));
+  if (page && first && version == version_) first_page_ = page.value();
+  co_return page;
 }
 
 awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find(std::string name) {
-  auto work = [name = std::move(name)](store::MeshStore& store) { return store.find(name); };
-  auto found = co_await on_store(executor_, reader_, std::move(work));
-  if (!found) co_return found.error();
-  const store::MeshId id = found.value().summary.id;
-  if (const auto it = meshes_.find(id); it != meshes_.end()) {
-    if (auto shared = it->second.lock()) co_return shared;
+  while (true) {
+    auto work = [name](store::MeshStore& store) { return store.find(name); };
+    auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
+    if (!found) co_return found.error();
+    // If it was replaced or removed while the answer was on its way, the name means something else by now.
+    if (!collector_.is_retired(found.value().summary.id)) co_return shared(std::move(found).value());
   }
-  auto mesh = std::make_shared<CatalogMesh>();
-  mesh->directory = directory_bytes(found.value());
-  mesh->mesh = std::move(found).value();
-  std::erase_if(meshes_, [](const auto& entry) { return entry.second.expired(); });
-  meshes_[id] = mesh;
-  co_return std::shared_ptr<const CatalogMesh>(std::move(mesh));
+}
+
+awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find_generation(std::uint64_t generation) {
+  auto work = [generation](store::MeshStore& store) { return store.find_generation(generation); };
+  auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
+  if (!found) co_return found.error();
+  if (collector_.is_gone(found.value().summary.id)) co_return mesh_gone();
+  co_return shared(std::move(found).value());
 }
 
 awaitable<store::Result<SharedBytes>> Catalog::read_packet(store::MeshId mesh, std::uint32_t packet) {
-  auto work = [mesh, packet](store::MeshStore& store) { return store.read_packet(mesh, packet); };
-  auto read = co_await on_store(executor_, reader_, std::move(work));
-  if (!read) co_return read.error();
-  co_return std::make_shared<const proto::Bytes>(std::move(read).value());
+  if (SharedBytes cached = cached_packet(mesh, packet)) co_return cached;
+  ++misses_;
+  if (collector_.is_gone(mesh)) co_return mesh_gone();
+  const PacketKey key{mesh, packet};
+  if (const auto it = reading_.find(key); it != reading_.end()) {
+    const std::shared_ptr<Reading> reading = it->second;
+    while (!reading->answer) co_await reading->done.wait_until();
+    co_return *reading->answer;
+  }
+  const auto reading = std::make_shared<Reading>(tasks_.executor());
+  reading_.emplace(key, reading);
+  ++reads_;
+  try {
+    auto work = [mesh, packet](store::MeshStore& store) -> store::Result<SharedBytes> {
+      auto read = store.read_packet(mesh, packet);
+      if (!read) return read.error();
+      return SharedBytes(std::make_shared<const proto::Bytes>(std::move(read).value()));
+    };
+    auto answer = co_await on_store(tasks_.executor(), reader_, std::move(work));
+    if (reading->gone) answer = mesh_gone();
+    if (answer) cache_.put(key, answer.value());
+    reading->answer = std::move(answer);
+  } catch (const std::bad_alloc&) {
+    reading->answer = store::Error{store::ErrorCode::out_of_memory, "out of memory"};
+  }
+  reading_.erase(key);
+  reading->done.notify();
+  co_return *reading->answer;
+}
+
+SharedBytes Catalog::cached_packet(store::MeshId mesh, std::uint32_t packet) {
+  SharedBytes cached = cache_.find({mesh, packet});
+  if (cached) ++hits_;
+  return cached;
 }
 
 awaitable<store::Result<std::vector<store::MeshSummary>>> Catalog::summaries() {
   auto work = [](store::MeshStore& store) { return store.list(); };
-  co_return co_await on_store(executor_, reader_, std::move(work));
+  co_return co_await on_store(tasks_.executor(), reader_, std::move(work));
 }
 
 awaitable<store::Result<store::MeshSummary>> Catalog::remove(std::string name) {
   auto work = [name = std::move(name)](store::MeshStore& store) { return store.remove(name); };
-  auto removed = co_await on_store(executor_, writer_, std::move(work));
-  if (removed) changed();
+  auto removed = co_await on_store(tasks_.executor(), writer_, std::move(work));
+  if (removed) {
+    changed();
+    retire(removed.value().id);
+  }
   co_return removed;
 }
 
@@ -129,7 +142,7 @@ awaitable<store::Result<Catalog::SharedUpload>> Catalog::begin_upload(std::strin
     if (!begun) return begun.error();
     return SharedUpload(std::move(begun).value());
   };
-  co_return co_await on_store(executor_, writer_, std::move(work));
+  co_return co_await on_store(tasks_.executor(), writer_, std::move(work));
 }
 
 awaitable<store::Status> Catalog::append(SharedUpload upload, std::uint32_t packet, std::uint64_t offset,
@@ -137,19 +150,59 @@ awaitable<store::Status> Catalog::append(SharedUpload upload, std::uint32_t pack
   auto work = [upload = std::move(upload), packet, offset, bytes = std::move(bytes)](store::MeshStore&) {
     return upload->append(packet, offset, bytes);
   };
-  co_return co_await on_store(executor_, writer_, std::move(work));
+  co_return co_await on_store(tasks_.executor(), writer_, std::move(work));
 }
 
 awaitable<store::Result<store::Inserted>> Catalog::commit(SharedUpload upload) {
   auto work = [upload = std::move(upload)](store::MeshStore& store) { return upload->commit(store); };
-  auto inserted = co_await on_store(executor_, writer_, std::move(work));
-  if (inserted) changed();
+  auto inserted = co_await on_store(tasks_.executor(), writer_, std::move(work));
+  if (inserted) {
+    changed();
+    if (inserted.value().retired) retire(*inserted.value().retired);
+  }
   co_return inserted;
+}
+
+CacheStatus Catalog::cache_status() const {
+  return {hits_, misses_, reads_, cache_.packets(), cache_.bytes(), cache_.limit()};
 }
 
 void Catalog::changed() {
   ++version_;
-  list_.reset();
+  first_page_.reset();
+}
+
+void Catalog::retire(store::MeshId mesh) {
+  collector_.retire(mesh, meshes_.contains(mesh));
+  if (on_retired_) on_retired_(mesh, collector_.grace());
+}
+
+void Catalog::gone(store::MeshId mesh) {
+  cache_.drop(mesh);
+  for (auto it = reading_.lower_bound({mesh, 0}); it != reading_.end() && it->first.mesh == mesh; ++it) {
+    it->second->gone = true;
+  }
+}
+
+std::shared_ptr<const CatalogMesh> Catalog::shared(store::Mesh mesh) {
+  const store::MeshId id = mesh.summary.id;
+  if (const auto it = meshes_.find(id); it != meshes_.end()) return it->second.lock();
+  auto made = std::make_unique<CatalogMesh>();
+  made->directory = directory_bytes(mesh);
+  made->mesh = std::move(mesh);
+  const auto let_go = [catalog = std::weak_ptr<Catalog*>(self_), id](const CatalogMesh* released) {
+    delete released;
+    if (const auto alive = catalog.lock()) (*alive)->released(id);
+  };
+  std::shared_ptr<const CatalogMesh> held(made.release(), let_go);
+  meshes_[id] = held;
+  collector_.held(id);
+  return held;
+}
+
+void Catalog::released(store::MeshId mesh) {
+  meshes_.erase(mesh);
+  collector_.released(mesh);
 }
 
 }  // namespace pmcd::net

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The mesh database as coroutines see it: every call goes to a store thread and comes back, so the network loop never
-// waits for SQLite. What many sessions ask for (the mesh list, a mesh's directory) is held once and shared.
+// waits for SQLite. What many sessions ask for (the mesh list, a mesh's directory, hot packets) is held once and
+// shared, and what many ask for at the same time is read once.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,38 +14,52 @@
 #include <vector>
 
 #include "daemon/net/asio.h"
-#include "daemon/net/channel.h"
+#include "daemon/net/collector.h"
+#include "daemon/net/mesh_source.h"
+#include "daemon/net/packet_cache.h"
+#include "daemon/net/task_group.h"
 #include "daemon/store/mesh_store.h"
 #include "daemon/store/store_thread.h"
 #include "daemon/store/upload.h"
 
 namespace pmcd::net {
 
-/// A mesh as sessions hold it.
-struct CatalogMesh {
-  store::Mesh mesh;
-  proto::Bytes directory;  ///< as it travels
+struct CatalogOptions {
+  store::UploadLimits uploads;
+  std::size_t cache_bytes = std::size_t{64} << 20;  ///< of hot packets in memory; 0: none are kept
+  Duration grace = std::chrono::seconds(600);       ///< of a mesh that was replaced or removed while somebody holds it
 };
 
-class Catalog {
- public:
-  /// REQUIRES: the threads outlive the catalog and every coroutine in it.
-  /// `executor`: of the coroutines that call it.
-  Catalog(asio::any_io_executor executor, store::StoreThread& reader, store::StoreThread& writer,
-          const store::UploadLimits& limits)
-      : executor_(std::move(executor)),
-        reader_(reader),
-        writer_(writer),
-        budget_(std::make_shared<store::UploadBudget>(limits)) {}
-  Catalog(const Catalog&) = delete;
-  Catalog& operator=(const Catalog&) = delete;
+/// For the operator.
+struct CacheStatus {
+  std::uint64_t hits = 0;
+  std::uint64_t misses = 0;
+  std::uint64_t reads = 0;  ///< of the database; less than the misses where several asked at the same time
+  std::size_t packets = 0;
+  std::size_t bytes = 0;
+  std::size_t limit_bytes = 0;
+};
 
-  /// The bytes of the answer to get_mesh_list.
-  awaitable<store::Result<SharedBytes>> mesh_list();
-  awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> find(std::string name);
-  awaitable<store::Result<SharedBytes>> read_packet(store::MeshId mesh, std::uint32_t packet);
+class Catalog final : public MeshSource {
+ public:
+  /// Its coroutines run on the executor of `tasks`. REQUIRES: `tasks` and the threads outlive the catalog, and the
+  /// catalog every coroutine in it.
+  Catalog(TaskGroup& tasks, store::StoreThread& reader, store::StoreThread& writer, const CatalogOptions& options);
+
+  /// A page of the mesh list as it travels, see MeshIndex::page.
+  awaitable<store::Result<SharedBytes>> mesh_list(std::string filter, std::string after, std::uint32_t most) override;
+  /// The mesh of that name. Errors: those of MeshStore::find.
+  awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> find(std::string name) override;
+  /// A mesh of that content, live or still in its grace time. Errors: those of MeshStore::find.
+  awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> find_generation(std::uint64_t generation) override;
+  /// From the cache or the database. Errors: those of MeshStore::read_packet; unknown_mesh from the moment in which
+  /// nobody holds a retired mesh any more or its grace time is over.
+  awaitable<store::Result<SharedBytes>> read_packet(store::MeshId mesh, std::uint32_t packet) override;
+  /// From the cache; null if it is not there, and then read_packet is to be asked.
+  SharedBytes cached_packet(store::MeshId mesh, std::uint32_t packet) override;
 
   awaitable<store::Result<std::vector<store::MeshSummary>>> summaries();
+  /// Retires the mesh of that name. Error: unknown_mesh.
   awaitable<store::Result<store::MeshSummary>> remove(std::string name);
 
   /// An ingest in steps, see Upload. The shared pointer keeps it alive while a step runs on the store's thread.
@@ -51,16 +68,53 @@ class Catalog {
   awaitable<store::Status> append(SharedUpload upload, std::uint32_t packet, std::uint64_t offset, proto::Bytes bytes);
   awaitable<store::Result<store::Inserted>> commit(SharedUpload upload);
 
- private:
-  void changed();
+  /// `told` is called, on the loop, when a mesh was replaced or removed: it can be read for `grace` more, if somebody
+  /// holds it.
+  void on_retired(std::function<void(store::MeshId, Duration grace)> told) { on_retired_ = std::move(told); }
+  /// Deletes the retired meshes that an earlier run has left, in the background; to be called once, at the start.
+  awaitable<void> collect_leftovers() { return collector_.collect_leftovers(); }
+  /// At the end of the daemon: what is retired now is deleted after the next start. Afterwards no task of the catalog
+  /// waits for anything but the database.
+  void stop() { collector_.stop(); }
 
-  asio::any_io_executor executor_;
+  [[nodiscard]] CacheStatus cache_status() const;
+
+ private:
+  /// A packet that is being read, and those who wait for it.
+  struct Reading {
+    explicit Reading(const asio::any_io_executor& executor) : done(executor) {}
+    std::optional<store::Result<SharedBytes>> answer;
+    bool gone = false;  ///< its mesh went meanwhile
+    Condition done;
+  };
+  /// The mesh list where it is made: on the reader's thread, and touched by nothing else.
+  struct ListOnReader;
+
+  void changed();
+  void retire(store::MeshId mesh);
+  /// The mesh may not be read from now on.
+  void gone(store::MeshId mesh);
+  /// The one object that all sessions share for this mesh.
+  std::shared_ptr<const CatalogMesh> shared(store::Mesh mesh);
+  void released(store::MeshId mesh);
+
+  TaskGroup& tasks_;
   store::StoreThread& reader_;
   store::StoreThread& writer_;
   std::shared_ptr<store::UploadBudget> budget_;
+  Collector collector_;
+  PacketCache cache_;
+  std::uint64_t hits_ = 0;
+  std::uint64_t misses_ = 0;
+  std::uint64_t reads_ = 0;
+  std::map<PacketKey, std::shared_ptr<Reading>> reading_;
   std::uint64_t version_ = 0;  ///< of the database, raised by each change
-  SharedBytes list_;           ///< of this version, once somebody asked
+  std::shared_ptr<ListOnReader> list_;
+  SharedBytes first_page_;  ///< of the whole list of this version, once somebody asked
   std::map<store::MeshId, std::weak_ptr<const CatalogMesh>> meshes_;
+  std::function<void(store::MeshId, Duration)> on_retired_;
+  /// A mesh that is let go finds the catalog through this, if it is still there.
+  std::shared_ptr<Catalog*> self_ = std::make_shared<Catalog*>(this);
 };
 
 }  // namespace pmcd::net

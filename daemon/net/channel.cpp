@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reading and writing of frames on one socket. Writing happens in a task of its own that lives only while there is
-// something to write, so that an idle connection costs one suspended reader.
+// Reading and writing of frames on one socket. Writing is done at once as far as the socket takes it, and by a handler
+// when it takes more, so that an idle connection costs one suspended reader.
 #include "daemon/net/channel.h"
 
 #include <algorithm>
@@ -17,15 +17,13 @@ constexpr std::size_t kMostParts = 16;
 
 }  // namespace
 
-Channel::Channel(Socket socket, TaskGroup& tasks, const Limits& limits, std::uint32_t max_frame,
-                 std::size_t read_buffer)
-    : tasks_(tasks),
-      limits_(limits),
+Channel::Channel(Socket socket, const Limits& limits, std::uint32_t max_frame, std::size_t read_buffer)
+    : limits_(limits),
       socket_(std::move(socket)),
-      read_deadline_(tasks.executor()),
+      read_deadline_(socket_.get_executor()),
       frames_(max_frame),
       buffer_(read_buffer),
-      progress_(tasks.executor()) {
+      progress_(socket_.get_executor()) {
   error_code ignored;
   socket_.non_blocking(true, ignored);
 }
@@ -72,44 +70,62 @@ void Channel::cancel_reads_at(Clock::time_point when) {
 void Channel::stop_reading() {
   reading_stopped_ = true;
   error_code ignored;
-  socket_.cancel(ignored);  // a write that is cancelled along with the read is started again
+  socket_.cancel(ignored);
 }
 
 void Channel::send(proto::Bytes frame) {
-  enqueue({std::move(frame), nullptr, 0, 0, 0});
+  enqueue({std::move(frame), nullptr, 0, 0, 0, 0});
 }
 
-void Channel::send(proto::Bytes head, SharedBytes body, std::size_t offset, std::size_t size) {
-  enqueue({std::move(head), std::move(body), offset, size, 0});
+void Channel::send(proto::Bytes head, SharedBytes body, std::size_t offset, std::size_t size, std::uint64_t tag) {
+  enqueue({std::move(head), std::move(body), offset, size, tag, 0});
 }
 
 void Channel::enqueue(Piece piece) {
   if (!is_open()) return;
   queued_total_ += piece.size();
   queue_.push_back(std::move(piece));
-  if (flushing_) return;
-  flushing_ = true;
-  tasks_.spawn("writer", flush(shared_from_this()));
+  if (flush_is_due_) return;
+  flush_is_due_ = true;
+  asio::post(socket_.get_executor(), [self = shared_from_this()] { self->flush(); });
 }
 
-awaitable<void> Channel::flush([[maybe_unused]] std::shared_ptr<Channel> self) {
+std::size_t Channel::drop_tail(std::uint64_t tag) {
+  std::size_t dropped = 0;
+  while (!queue_.empty() && queue_.back().tag == tag && queue_.back().done == 0) {
+    dropped += queue_.back().body_size;
+    queued_total_ -= queue_.back().size();
+    queue_.pop_back();
+  }
+  return dropped;
+}
+
+void Channel::flush() {
+  flush_is_due_ = false;
   while (is_open() && !queue_.empty()) {
     error_code error;
-    const std::size_t count = co_await write_some(error);
-    if (error == asio::error::operation_aborted) continue;
-    if (error) {
-      abort();
+    const std::size_t count = write_some(error);
+    if (error == asio::error::would_block || error == asio::error::try_again) {
+      flush_when_writable();
       break;
     }
+    if (error) {
+      abort();
+      return;
+    }
     written(count);
-    progress_.notify();
   }
-  flushing_ = false;
-  if (!is_open()) queue_.clear();
   progress_.notify();
+  if (on_progress_) on_progress_();
 }
 
-awaitable<std::size_t> Channel::write_some(error_code& error) {
+void Channel::flush_when_writable() {
+  flush_is_due_ = true;
+  // A wait that is cancelled along with a read ends in another try.
+  socket_.async_wait(Socket::wait_write, [self = shared_from_this()](const error_code&) { self->flush(); });
+}
+
+std::size_t Channel::write_some(error_code& error) {
   std::array<asio::const_buffer, kMostParts> parts;
   std::size_t used = 0;
   for (auto piece = queue_.begin(); piece != queue_.end() && used + 2 <= parts.size(); ++piece) {
@@ -119,7 +135,7 @@ awaitable<std::size_t> Channel::write_some(error_code& error) {
     parts[used++] =
         asio::buffer(piece->body->data() + piece->body_offset, piece->body_size) + (piece->done - head_done);
   }
-  co_return co_await socket_.async_write_some(parts, resume_with(error));
+  return socket_.write_some(parts, error);
 }
 
 void Channel::written(std::size_t count) {
@@ -137,7 +153,7 @@ awaitable<bool> Channel::room() {
   const auto self = shared_from_this();
   std::uint64_t written = written_total_;
   Clock::time_point deadline = Clock::now() + limits_.stall;
-  while (is_open() && queued_total_ - written_total_ >= limits_.queued_bytes) {
+  while (is_open() && !has_room()) {
     co_await progress_.wait_until(deadline);
     if (written_total_ != written) {
       written = written_total_;
@@ -159,7 +175,7 @@ std::uint64_t Channel::acknowledged_position() {
 
 awaitable<void> Channel::finish() {
   const auto self = shared_from_this();
-  asio::steady_timer deadline(tasks_.executor(), limits_.linger);
+  asio::steady_timer deadline(socket_.get_executor(), limits_.linger);
   deadline.async_wait([self](const error_code& error) {
     if (!error) self->abort();
   });
@@ -172,13 +188,19 @@ awaitable<void> Channel::finish() {
   abort();
 }
 
+void Channel::reset() {
+  error_code ignored;
+  if (socket_.is_open()) socket_.set_option(Socket::linger(true, 0), ignored);
+  abort();
+}
+
 void Channel::abort() {
   reading_stopped_ = true;
   read_deadline_.cancel();
   error_code ignored;
-  if (socket_.is_open()) socket_.close(ignored);
-  // flush() may hold a reference to the front piece while its write is being cancelled; it clears the rest itself.
-  if (!flushing_) queue_.clear();
+  if (!socket_.is_open()) return;
+  socket_.close(ignored);
+  queue_.clear();
   progress_.notify();
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,19 +16,17 @@
 
 #include "daemon/net/asio.h"
 #include "daemon/net/limits.h"
-#include "daemon/net/task_group.h"
+#include "daemon/net/shared_bytes.h"
 #include "proto/frame.h"
 
 namespace pmcd::net {
-
-using SharedBytes = std::shared_ptr<const proto::Bytes>;
 
 class Channel : public std::enable_shared_from_this<Channel> {
  public:
   using Socket = asio::generic::stream_protocol::socket;
 
-  /// `read_buffer`: bytes taken from the socket at a time. REQUIRES: `tasks` and `limits` outlive the channel.
-  Channel(Socket socket, TaskGroup& tasks, const Limits& limits, std::uint32_t max_frame, std::size_t read_buffer);
+  /// `read_buffer`: bytes taken from the socket at a time. REQUIRES: `limits` outlives the channel.
+  Channel(Socket socket, const Limits& limits, std::uint32_t max_frame, std::size_t read_buffer);
   Channel(const Channel&) = delete;
   Channel& operator=(const Channel&) = delete;
 
@@ -42,13 +41,21 @@ class Channel : public std::enable_shared_from_this<Channel> {
   /// Makes the waiting read() and all later ones answer Closed. What is queued is still written.
   void stop_reading();
 
-  /// Queues a frame; does nothing when the channel is closed.
+  /// Queues a frame, which leaves at the end of this turn of the loop together with what else was queued in it; does
+  /// nothing when the channel is closed.
   void send(proto::Bytes frame);
-  /// Queues a frame whose end is a part of shared bytes, which are not copied.
-  void send(proto::Bytes head, SharedBytes body, std::size_t offset, std::size_t size);
-  /// Returns when less than limits.queued_bytes wait. False if the channel closed, or nothing was written for
-  /// limits.stall.
+  /// Queues a frame whose end is a part of shared bytes, which are not copied. `tag`: for drop_tail.
+  void send(proto::Bytes head, SharedBytes body, std::size_t offset, std::size_t size, std::uint64_t tag);
+  /// Takes back the frames of `tag` that stand at the end of the queue and have not begun to leave. Returns how many
+  /// shared bytes they had.
+  std::size_t drop_tail(std::uint64_t tag);
+
+  /// Whether less than limits.queued_bytes wait.
+  [[nodiscard]] bool has_room() const { return queued_total_ - written_total_ < limits_.queued_bytes; }
+  /// Returns when there is room. False if the channel closed, or nothing was written for limits.stall.
   awaitable<bool> room();
+  /// Called, on the loop, after something was written; never from within send() or abort().
+  void on_progress(std::function<void()> progress) { on_progress_ = std::move(progress); }
 
   /// Frames that wait to be written.
   [[nodiscard]] std::size_t queued_frames() const { return queue_.size(); }
@@ -60,8 +67,10 @@ class Channel : public std::enable_shared_from_this<Channel> {
   /// Writes what is queued, tells the peer that nothing follows, waits for its end, and closes; the whole at most
   /// limits.linger. Only the coroutine that reads may call it.
   awaitable<void> finish();
-  /// Closes at once and forgets what is queued.
+  /// Closes at once and forgets what is queued; what the kernel holds is still sent.
   void abort();
+  /// The same, and the kernel forgets what it holds too.
+  void reset();
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
 
   [[nodiscard]] int native_handle() { return socket_.native_handle(); }
@@ -72,20 +81,22 @@ class Channel : public std::enable_shared_from_this<Channel> {
     SharedBytes body;
     std::size_t body_offset = 0;
     std::size_t body_size = 0;
+    std::uint64_t tag = 0;
     std::size_t done = 0;  ///< of head and body together
     [[nodiscard]] std::size_t size() const { return head.size() + body_size; }
   };
 
   void enqueue(Piece piece);
-  awaitable<void> flush(std::shared_ptr<Channel> self);
+  /// Writes what the socket takes, and asks to be called again when it takes more.
+  void flush();
+  void flush_when_writable();
   /// Writes from the front of the queue what the socket takes at once.
-  awaitable<std::size_t> write_some(error_code& error);
+  std::size_t write_some(error_code& error);
   /// The first `count` bytes of the queue are written.
   void written(std::size_t count);
   /// Cancels what the socket waits for at `when`, unless the timer is cancelled or set anew before.
   void cancel_reads_at(Clock::time_point when);
 
-  TaskGroup& tasks_;
   const Limits& limits_;
   Socket socket_;
   asio::steady_timer read_deadline_;
@@ -97,11 +108,12 @@ class Channel : public std::enable_shared_from_this<Channel> {
   proto::ByteView input_;  ///< of buffer_, not yet given to frames_
 
   std::deque<Piece> queue_;
-  bool flushing_ = false;
+  bool flush_is_due_ = false;  ///< a flush() is posted, or waits for the socket
   std::uint64_t queued_total_ = 0;
   std::uint64_t written_total_ = 0;
   std::uint64_t acknowledged_ = 0;
   Condition progress_;  ///< something was written, or the channel closed
+  std::function<void()> on_progress_;
 };
 
 }  // namespace pmcd::net

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <exception>
 #include <utility>
-#include <vector>
 
 #include "daemon/net/session.h"
 #include "proto/messages.h"
@@ -30,132 +29,256 @@ scheduler::Time scheduler_now() {
 
 }  // namespace
 
-Dispatcher::Dispatcher(scheduler::Scheduler scheduler, Catalog& catalog, TaskGroup& tasks, const Limits& limits)
+Dispatcher::Dispatcher(scheduler::Scheduler scheduler, MeshSource& meshes, TaskGroup& tasks, const Limits& limits)
     : scheduler_(std::move(scheduler)),
-      catalog_(catalog),
+      meshes_(meshes),
       tasks_(tasks),
       limits_(limits),
       idle_(tasks.executor()),
       watch_(tasks.executor()) {}
 
-void Dispatcher::enqueue(Transfer transfer, std::uint64_t size_bytes, Clock::time_point asked_at) {
+Dispatcher::Key Dispatcher::enqueue(Transfer transfer, std::uint64_t size_bytes, Clock::time_point asked_at) {
   scheduler::Request request;
   request.key = next_key_++;
   request.session = transfer.session->key();
   request.mesh = static_cast<scheduler::MeshKey>(transfer.mesh);
   request.packet = transfer.packet;
   request.size_bytes = size_bytes;
+  request.offset_bytes = transfer.offset;
   request.asked_at = scheduler_time(asked_at);
   scheduler_.enqueue(request);
   waiting_.emplace(request.key, std::move(transfer));
-  pump();
+  pump_soon();
+  return request.key;
 }
 
-void Dispatcher::session_gone(std::uint64_t session_key) {
-  for (const scheduler::RequestKey key : scheduler_.remove_session(session_key, scheduler_now())) {
+void Dispatcher::cancel(Key key) {
+  if (auto node = waiting_.extract(key); !node.empty()) {
+    scheduler_.withdraw(key);
+    node.mapped().session->requests().transfer_cancelled(node.mapped());
+    return;
+  }
+  const auto it = running_.find(key);
+  if (it == running_.end() || it->second.stage == Stage::sent) return;
+  const Transfer transfer = it->second.transfer;
+  it->second.cancelled = true;
+  it->second.next -= transfer.session->data().drop_tail(key);
+  if (it->second.stage == Stage::reading) {
+    release(key);  // what the store still answers finds nobody
+    transfer.session->requests().transfer_cancelled(transfer);
+  } else {
+    end_sending(key);
+  }
+}
+
+void Dispatcher::session_gone(scheduler::SessionKey session) {
+  for (const Key key : scheduler_.remove_session(session, scheduler_now())) {
     waiting_.erase(key);
     running_.erase(key);
   }
-  slots_changed();
-}
-
-void Dispatcher::slots_changed() {
+  turns_.erase(session);
   idle_.notify();
   if (draining_) watch_.notify();
-  pump();
+  pump_soon();
+}
+
+void Dispatcher::pump_soon() {
+  if (pump_is_due_ || draining_) return;
+  pump_is_due_ = true;
+  asio::post(tasks_.executor(), [this] {
+    pump_is_due_ = false;
+    pump();
+  });
 }
 
 void Dispatcher::pump() {
   if (draining_) return;
   while (const auto request = scheduler_.take(scheduler_now())) {
     auto node = waiting_.extract(request->key);
-    running_.emplace(request->key, Running{node.mapped().session, 0, Clock::now()});
-    tasks_.spawn("transfer", run(request->key, std::move(node.mapped())));
+    Turn& turn = turns_[request->session];
+    if (turn.running.empty()) {
+      turn.pace.begin(node.mapped().session->data().acknowledged_position(), Clock::now());
+    }
+    turn.running.push_back(request->key);
+    Running running;
+    running.next = node.mapped().offset;
+    running.transfer = std::move(node.mapped());
+    running_.emplace(request->key, std::move(running));
+    guarded(request->key, [&] { start(request->key); });
   }
   if (watching_ || running_.empty()) return;
   watching_ = true;
-  tasks_.spawn("stall watch", watch());
+  tasks_.spawn("transfer watch", watch());
 }
 
-awaitable<void> Dispatcher::run(scheduler::RequestKey key, Transfer transfer) {
+void Dispatcher::start(Key key) {
+  Running& running = running_.at(key);
+  Transfer& transfer = running.transfer;
+  if (!transfer.bytes) transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
+  if (transfer.bytes) {
+    running.stage = Stage::sending;
+    feed(key);
+  } else {
+    tasks_.spawn("packet read", read(key, transfer.mesh, transfer.packet));
+  }
+}
+
+awaitable<void> Dispatcher::read(Key key, store::MeshId mesh, std::uint32_t packet) {
+  auto bytes = co_await meshes_.read_packet(mesh, packet);
+  const auto it = running_.find(key);
+  if (it == running_.end()) co_return;  // cancelled, or the session is gone
+  if (bytes) {
+    it->second.transfer.bytes = std::move(bytes).value();
+    it->second.stage = Stage::sending;
+    guarded(key, [&] { feed(key); });
+    co_return;
+  }
+  const Transfer transfer = it->second.transfer;
+  release(key);
+  transfer.session->requests().transfer_failed(transfer, bytes.error());
+}
+
+template <typename Step>
+void Dispatcher::guarded(Key key, Step step) {
   try {
-    co_await carry_out(key, transfer);
+    step();
   } catch (const std::exception& error) {
-    // Out of memory, most likely. The request cannot end as promised any more, so its session ends; the slot is free
-    // either way.
+    // Out of memory, most likely. The request cannot end as promised any more, so its session ends, and with it go its
+    // slots.
     spdlog::error("transfer: {}", error.what());
-    transfer.session->close(proto::ErrorCode::internal_error, "the daemon cannot carry out this request");
+    const auto it = running_.find(key);
+    if (it == running_.end()) return;
+    const auto session = it->second.transfer.session;
+    session->close(proto::ErrorCode::internal_error, "the daemon cannot carry out this request");
   }
-  scheduler_.fail(key, scheduler_now());  // no effect when it was completed, or its session removed
-  running_.erase(key);
-  slots_changed();
 }
 
-awaitable<void> Dispatcher::carry_out(scheduler::RequestKey key, const Transfer& transfer) {
-  Session& session = *transfer.session;
-  if (session.closed()) co_return;
-  SharedBytes bytes = transfer.bytes;
-  if (!bytes) {
-    const auto read = co_await catalog_.read_packet(transfer.mesh, transfer.packet);
-    if (session.closed()) co_return;
-    if (!read) {
-      session.transfer_failed(transfer, read.error());
-      co_return;
-    }
-    bytes = read.value();
-  }
-  if (!co_await send(transfer, bytes)) co_return;
-  session.transfer_sent(transfer);
-  const std::uint64_t end = session.data().queued_position();
-  for (Duration pause = kFirstPoll; !session.closed() && session.data().acknowledged_position() < end;
-       pause = std::min(pause * 2, kLongestPoll)) {
-    co_await sleep_for(tasks_.executor(), pause);
-  }
-  if (session.closed()) co_return;
-  scheduler_.progressed(key, bytes->size(), scheduler_now());
-  scheduler_.complete(key, scheduler_now());
-}
-
-awaitable<bool> Dispatcher::send(const Transfer& transfer, const SharedBytes& bytes) {
-  Session& session = *transfer.session;
-  for (std::size_t offset = 0; offset < bytes->size();) {
-    if (!co_await session.data().room()) {
-      session.close(proto::ErrorCode::stalled, "the data channel takes nothing");
-      co_return false;
-    }
-    const std::size_t size = std::min(limits_.chunk_bytes, bytes->size() - offset);
-    const auto head = proto::encode_chunk_header({transfer.id, transfer.handle, transfer.packet, offset, bytes->size()},
+void Dispatcher::feed(Key key) {
+  Running& running = running_.at(key);
+  const Transfer& transfer = running.transfer;
+  Channel& data = transfer.session->data();
+  const std::uint64_t total = transfer.bytes->size();
+  while (running.next < total && data.has_room()) {
+    const std::size_t size = std::min<std::size_t>(limits_.chunk_bytes, total - running.next);
+    const auto head = proto::encode_chunk_header({transfer.id, transfer.handle, transfer.packet, running.next, total},
                                                  static_cast<std::uint32_t>(size));
-    session.data().send(proto::Bytes(head.begin(), head.end()), bytes, offset, size);
-    offset += size;
+    data.send(proto::Bytes(head.begin(), head.end()), transfer.bytes, running.next, size, key);
+    running.next += size;
   }
-  co_return !session.closed();
+  if (running.next == total) end_sending(key);
+}
+
+void Dispatcher::end_sending(Key key) {
+  Running& running = running_.at(key);
+  running.stage = Stage::sent;
+  running.pause = kFirstPoll;
+  running.poll_at = Clock::now() + running.pause;
+  const Transfer transfer = running.transfer;
+  if (running.cancelled) {
+    transfer.session->requests().transfer_cancelled(transfer);
+  } else {
+    transfer.session->requests().transfer_complete(transfer);
+  }
+  // The session may have closed over its last frame, and then nothing of it runs any more.
+  if (const auto it = running_.find(key); it != running_.end()) {
+    it->second.transfer.bytes.reset();
+    it->second.end_position = transfer.session->data().queued_position();
+    if (watching_ && it->second.poll_at < watch_wakes_at_) watch_.notify();
+  }
+}
+
+void Dispatcher::progress(scheduler::SessionKey session) {
+  const auto turn = turns_.find(session);
+  if (turn == turns_.end() || turn->second.running.empty()) return;
+  const auto now = Clock::now();
+  std::optional<std::uint64_t> acknowledged;
+  // A copy: what follows may end any of them, or the session.
+  for (const Key key : std::vector<Key>(turn->second.running)) {
+    const auto it = running_.find(key);
+    if (it == running_.end()) continue;
+    if (it->second.stage == Stage::sending) {
+      guarded(key, [&] { feed(key); });
+    } else if (it->second.stage == Stage::sent) {
+      if (!acknowledged) acknowledged = it->second.transfer.session->data().acknowledged_position();
+      settle(key, *acknowledged, now);
+    }
+  }
+}
+
+void Dispatcher::settle(Key key, std::uint64_t acknowledged, Clock::time_point now) {
+  Running& running = running_.at(key);
+  if (acknowledged < running.end_position) {
+    if (now < running.poll_at) return;
+    running.pause = std::min(running.pause * 2, kLongestPoll);
+    running.poll_at = now + running.pause;
+    return;
+  }
+  scheduler_.progressed(key, running.next - running.transfer.offset, scheduler_time(now));
+  if (!running.cancelled) scheduler_.complete(key, scheduler_time(now));
+  release(key);
+}
+
+void Dispatcher::release(Key key) {
+  const auto it = running_.find(key);
+  if (const auto turn = turns_.find(it->second.transfer.session->key()); turn != turns_.end()) {
+    std::erase(turn->second.running, key);
+  }
+  running_.erase(it);
+  scheduler_.fail(key, scheduler_now());  // no effect when it was completed
+  idle_.notify();
+  if (draining_) watch_.notify();
+  pump_soon();
 }
 
 awaitable<void> Dispatcher::watch() {
   const Duration tick = std::clamp<Duration>(limits_.stall / 8, milliseconds(5), milliseconds(250));
-  while (!running_.empty()) {
-    // It outlasts short pauses between transfers, so that not each of them starts a watch of its own.
-    const Clock::time_point next = Clock::now() + tick;
-    while (Clock::now() < next && !(draining_ && running_.empty())) co_await watch_.wait_until(next);
-    std::vector<std::shared_ptr<Session>> stalled;
-    const Clock::time_point now = Clock::now();
-    for (auto& [key, transfer] : running_) {
-      Channel& data = transfer.session->data();
-      const std::uint64_t acknowledged = data.acknowledged_position();
-      const bool owes = acknowledged < data.queued_position();
-      if (acknowledged != transfer.acknowledged || !owes) {
-        transfer.acknowledged = acknowledged;
-        transfer.progress_at = now;
-      } else if (now - transfer.progress_at >= limits_.stall) {
-        stalled.push_back(transfer.session);
-      }
-    }
-    for (const auto& session : stalled) {
-      session->close(proto::ErrorCode::stalled, "the data channel acknowledges nothing");
-    }
+  Clock::time_point judge_at = Clock::now() + tick;
+  // It outlasts a short pause between transfers, so that not each of them starts a watch of its own.
+  for (bool idle = false; !running_.empty() || !(idle || draining_);) {
+    idle = running_.empty();
+    watch_wakes_at_ = std::min(judge_at, poll(Clock::now()));
+    co_await watch_.wait_until(watch_wakes_at_);
+    const auto now = Clock::now();
+    if (now < judge_at) continue;
+    judge_at = now + tick;
+    judge(now);
   }
   watching_ = false;
+}
+
+Clock::time_point Dispatcher::poll(Clock::time_point now) {
+  std::vector<Key> due;
+  for (const auto& [key, running] : running_) {
+    if (running.stage == Stage::sent && running.poll_at <= now) due.push_back(key);
+  }
+  for (const Key key : due) settle(key, running_.at(key).transfer.session->data().acknowledged_position(), now);
+  Clock::time_point next = Clock::time_point::max();
+  for (const auto& [key, running] : running_) {
+    if (running.stage == Stage::sent) next = std::min(next, running.poll_at);
+  }
+  return next;
+}
+
+void Dispatcher::judge(Clock::time_point now) {
+  std::vector<std::pair<std::shared_ptr<Session>, Pace::Verdict>> dropped;
+  for (auto& [key, turn] : turns_) {
+    if (turn.running.empty()) continue;
+    const auto& session = running_.at(turn.running.front()).transfer.session;
+    const std::uint64_t acknowledged = session->data().acknowledged_position();
+    const bool owes = acknowledged < session->data().queued_position();
+    const Pace::Verdict verdict = turn.pace.note(acknowledged, owes, now, limits_);
+    if (verdict != Pace::Verdict::fine) dropped.emplace_back(session, verdict);
+  }
+  for (const auto& [session, verdict] : dropped) {
+    session->close(proto::ErrorCode::stalled, verdict == Pace::Verdict::stalled
+                                                  ? "the data channel acknowledges nothing"
+                                                  : "the data channel acknowledges less than the least rate");
+  }
+}
+
+void Dispatcher::drain() {
+  draining_ = true;
+  watch_.notify();
 }
 
 awaitable<bool> Dispatcher::wait_idle(Duration limit) {

@@ -9,42 +9,40 @@
 #include <map>
 #include <memory>
 #include <string_view>
+#include <unordered_map>
+#include <vector>
 
 #include "daemon/net/asio.h"
-#include "daemon/net/catalog.h"
 #include "daemon/net/limits.h"
+#include "daemon/net/mesh_source.h"
+#include "daemon/net/pace.h"
 #include "daemon/net/task_group.h"
+#include "daemon/net/transfer.h"
 #include "daemon/scheduler/scheduler.h"
 
 namespace pmcd::net {
 
-class Session;
-
-/// A request as the network sees it: for whom and what is sent.
-struct Transfer {
-  std::shared_ptr<Session> session;
-  std::uint32_t id = 0;  ///< the client's
-  std::uint32_t handle = 0;
-  std::uint32_t packet = 0;
-  store::MeshId mesh = 0;
-  SharedBytes bytes;  ///< what is sent; null: the packet is read when the transfer starts
-};
-
 class Dispatcher {
  public:
-  Dispatcher(scheduler::Scheduler scheduler, Catalog& catalog, TaskGroup& tasks, const Limits& limits);
+  using Key = scheduler::RequestKey;
+
+  /// REQUIRES: `meshes`, `tasks` and `limits` outlive it.
+  Dispatcher(scheduler::Scheduler scheduler, MeshSource& meshes, TaskGroup& tasks, const Limits& limits);
   Dispatcher(const Dispatcher&) = delete;
   Dispatcher& operator=(const Dispatcher&) = delete;
 
-  /// `transfer` waits for a slot. `size_bytes`: what it will send. `asked_at`: when the client's request came.
-  void enqueue(Transfer transfer, std::uint64_t size_bytes, Clock::time_point asked_at);
+  /// `transfer` waits for a slot; nothing of it happens before this has returned. `size_bytes`: of the whole packet.
+  /// `asked_at`: when the client's request came. The key is good for cancel().
+  Key enqueue(Transfer transfer, std::uint64_t size_bytes, Clock::time_point asked_at);
+  /// Ends a transfer whose end is not queued yet: its session hears transfer_cancelled before this returns, and what
+  /// was sent keeps the slot until it is acknowledged. No effect on others.
+  void cancel(Key key);
+  /// The session's data channel has written something, or its client was heard: transfers may go on or be over.
+  void progress(scheduler::SessionKey session);
   /// The session is closed: its requests leave the queue and its slots are free.
-  void session_gone(std::uint64_t session_key);
+  void session_gone(scheduler::SessionKey session);
   /// No waiting request gets a slot any more; running transfers go on.
-  void drain() {
-    draining_ = true;
-    watch_.notify();
-  }
+  void drain();
   /// Returns when nothing is running or `limit` is over: whether nothing is.
   awaitable<bool> wait_idle(Duration limit);
 
@@ -54,35 +52,61 @@ class Dispatcher {
   [[nodiscard]] std::string_view rule() const { return scheduler_.rule_name(); }
 
  private:
-  /// What the stall watch remembers of a running transfer.
+  enum class Stage : std::uint8_t {
+    reading,  ///< its packet comes from the store
+    sending,  ///< chunks go into the channel as it has room
+    sent,     ///< its end is queued; the slot is held until that is acknowledged
+  };
   struct Running {
-    std::shared_ptr<Session> session;
-    std::uint64_t acknowledged = 0;
-    Clock::time_point progress_at;
+    Transfer transfer;
+    Stage stage = Stage::reading;
+    bool cancelled = false;
+    std::uint64_t next = 0;          ///< offset in the packet of the next byte to send
+    std::uint64_t end_position = 0;  ///< of the channel's stream, once sent
+    Clock::time_point poll_at;       ///< when to look next whether it is acknowledged
+    Duration pause{0};
+  };
+  /// What is remembered of a session that has had a turn.
+  struct Turn {
+    std::vector<Key> running;
+    Pace pace;
   };
 
+  /// Gives free slots to waiting requests, at the end of this turn of the loop.
+  void pump_soon();
   void pump();
-  /// What follows when a slot became free.
-  void slots_changed();
-  /// Holds a slot until the transfer has ended, well or not.
-  awaitable<void> run(scheduler::RequestKey key, Transfer transfer);
-  awaitable<void> carry_out(scheduler::RequestKey key, const Transfer& transfer);
-  /// Sends all chunks and the end of the transfer; false if the session closed meanwhile.
-  awaitable<bool> send(const Transfer& transfer, const SharedBytes& bytes);
-  /// Closes sessions whose transfer stands still. Runs while anything is running.
+  void start(Key key);
+  awaitable<void> read(Key key, store::MeshId mesh, std::uint32_t packet);
+  /// Runs a step of a transfer; an exception ends its session and nothing else.
+  template <typename Step>
+  void guarded(Key key, Step step);
+  void feed(Key key);
+  /// The end of the transfer is queued behind its last chunk.
+  void end_sending(Key key);
+  /// Frees the slot if the end is acknowledged; else looks again later.
+  void settle(Key key, std::uint64_t acknowledged, Clock::time_point now);
+  /// The transfer is over and its slot free.
+  void release(Key key);
+  /// Runs while anything is running: asks the kernel what was acknowledged, and closes sessions that do not take their
+  /// data.
   awaitable<void> watch();
+  Clock::time_point poll(Clock::time_point now);
+  void judge(Clock::time_point now);
 
   scheduler::Scheduler scheduler_;
-  Catalog& catalog_;
+  MeshSource& meshes_;
   TaskGroup& tasks_;
   const Limits& limits_;
-  std::map<scheduler::RequestKey, Transfer> waiting_;
-  std::map<scheduler::RequestKey, Running> running_;
-  scheduler::RequestKey next_key_ = 1;
+  std::unordered_map<Key, Transfer> waiting_;
+  std::unordered_map<Key, Running> running_;
+  std::unordered_map<scheduler::SessionKey, Turn> turns_;
+  Key next_key_ = 1;
   bool draining_ = false;
+  bool pump_is_due_ = false;
   bool watching_ = false;
+  Clock::time_point watch_wakes_at_;
   Condition idle_;
-  Condition watch_;  ///< ends the pause of the stall watch early, when the daemon ends
+  Condition watch_;  ///< ends the pause of the watch early
 };
 
 }  // namespace pmcd::net

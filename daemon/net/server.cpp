@@ -28,10 +28,7 @@ std::uint64_t inode_of(const std::string& path) {
   return ::lstat(path.c_str(), &status) == 0 ? status.st_ino : 0;
 }
 
-std::string peer_text(const asio::ip::tcp::socket& socket) {
-  error_code error;
-  const auto endpoint = socket.remote_endpoint(error);
-  if (error) return "?";
+std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
   std::ostringstream text;
   text << endpoint;
   return text.str();
@@ -43,13 +40,21 @@ Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThr
                scheduler::Scheduler scheduler, ServerOptions options)
     : options_(std::move(options)),
       tasks_(io.get_executor()),
-      catalog_(tasks_.executor(), reader, writer, options_.uploads),
+      catalog_(tasks_, reader, writer, {options_.uploads, options_.limits.cache_bytes, options_.limits.grace}),
       dispatcher_(std::move(scheduler), catalog_, tasks_, options_.limits),
       context_{catalog_, dispatcher_, tokens_, options_.limits, 0, "pmcd " + options_.version, false},
       admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
       requests_(io),
       data_(io),
-      admin_(io) {}
+      admin_(io),
+      session_addresses_(options_.limits.sessions_per_address),
+      joining_addresses_(options_.limits.sessions_per_address) {
+  catalog_.on_retired([this](store::MeshId mesh, Duration grace) {
+    for (const auto& [key, weak] : sessions_) {
+      if (const auto session = weak.lock()) session->mesh_retired(mesh, grace);
+    }
+  });
+}
 
 Server::~Server() {
   close_listeners();
@@ -71,6 +76,7 @@ std::optional<std::string> Server::start() {
   started_ = Clock::now();
   started_at_ =
       std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  tasks_.spawn("leftovers", catalog_.collect_leftovers());
   spdlog::info("listening on {}, request port {}, data port {}, admin socket {}", options_.listen, request_port_,
                context_.data_port, options_.admin_socket);
   tasks_.spawn("request listener",
@@ -84,36 +90,45 @@ std::optional<std::string> Server::start() {
 
 void Server::accept_request(asio::ip::tcp::socket socket) {
   tune_tcp(socket.native_handle());
-  const std::string peer = peer_text(socket);
-  auto channel =
-      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxClientFrame, kRequestBuffer);
+  error_code error;
+  const auto endpoint = socket.remote_endpoint(error);
+  if (error) return;  // it is gone already
+  auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kRequestBuffer);
+  const AddressTable::Key address(endpoint.address());
   if (sessions_.size() >= options_.limits.sessions) {
     tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
                                         "the daemon serves as many sessions as it may; try again later"));
     return;
   }
+  if (!session_addresses_.enter(address)) {
+    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
+                                        "your address has as many sessions as it may"));
+    return;
+  }
   const std::uint64_t key = next_key_++;
-  auto session = std::make_shared<Session>(key, peer, std::move(channel), context_);
+  auto session = std::make_shared<Session>(key, endpoint_text(endpoint), std::move(channel), context_);
   sessions_.emplace(key, session);
-  tasks_.spawn("session", serve_session(std::move(session)));
+  tasks_.spawn("session", serve_session(std::move(session), address));
 }
 
 void Server::accept_data(asio::ip::tcp::socket socket) {
   tune_tcp(socket.native_handle());
-  auto channel =
-      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxClientFrame, kDataBuffer);
-  if (joining_.size() >= options_.limits.sessions) {
+  error_code error;
+  const auto endpoint = socket.remote_endpoint(error);
+  if (error) return;
+  auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kDataBuffer);
+  const AddressTable::Key address(endpoint.address());
+  if (joining_.size() >= options_.limits.sessions || !joining_addresses_.enter(address)) {
     tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
                                         "too many data connections wait to join"));
     return;
   }
-  tasks_.spawn("data channel", serve_data(std::move(channel)));
+  tasks_.spawn("data channel", serve_data(std::move(channel), address));
 }
 
 void Server::accept_admin(asio::local::stream_protocol::socket socket) {
   const auto peer = peer_identity(socket.native_handle());
-  auto channel =
-      std::make_shared<Channel>(std::move(socket), tasks_, options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
+  auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
   if (context_.draining || admins_.size() >= options_.limits.admin_connections) {
     tasks_.spawn("turn away",
                  turn_away(std::move(channel),
@@ -127,9 +142,10 @@ void Server::accept_admin(asio::local::stream_protocol::socket socket) {
   tasks_.spawn("admin connection", serve_admin(key, std::move(connection)));
 }
 
-awaitable<void> Server::serve_session(std::shared_ptr<Session> session) {
+awaitable<void> Server::serve_session(std::shared_ptr<Session> session, AddressTable::Key address) {
   co_await session->run(session);
   sessions_.erase(session->key());
+  session_addresses_.leave(address);
 }
 
 awaitable<void> Server::serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection) {
@@ -137,11 +153,12 @@ awaitable<void> Server::serve_admin(std::uint64_t key, std::shared_ptr<AdminConn
   admins_.erase(key);
 }
 
-awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel) {
+awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address) {
   const std::uint64_t key = next_key_++;
   joining_.emplace(key, channel);
   const Channel::Incoming incoming = co_await channel->read(Clock::now() + options_.limits.hello);
   joining_.erase(key);
+  joining_addresses_.leave(address);
   proto::Error refusal;
   if (std::holds_alternative<Channel::Closed>(incoming)) {
     co_await channel->finish();
@@ -188,6 +205,9 @@ awaitable<void> Server::turn_away(std::shared_ptr<Channel> channel, proto::Error
 awaitable<bool> Server::drain() {
   context_.draining = true;
   dispatcher_.drain();
+  for (const auto& [key, weak] : sessions_) {
+    if (const auto session = weak.lock()) session->server_drains(options_.limits.drain);
+  }
   spdlog::info("draining: {} transfers are running, {} requests wait", dispatcher_.running(), dispatcher_.waiting());
   if (!co_await dispatcher_.wait_idle(options_.limits.drain)) {
     spdlog::warn("{} transfers did not end in time and are cut off", dispatcher_.running());
@@ -203,6 +223,7 @@ awaitable<bool> Server::drain() {
   for (const auto& [key, weak] : admins_) {
     if (const auto connection = weak.lock()) connection->stop();
   }
+  catalog_.stop();
   // Lingering ends by itself; a commit that is under way may take longer.
   co_return co_await tasks_.wait_idle(options_.limits.linger + options_.limits.drain);
 }

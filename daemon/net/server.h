@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/net/address_table.h"
 #include "daemon/net/admin_connection.h"
 #include "daemon/net/asio.h"
 #include "daemon/net/catalog.h"
@@ -59,8 +60,8 @@ class Server {
   void accept_request(asio::ip::tcp::socket socket);
   void accept_data(asio::ip::tcp::socket socket);
   void accept_admin(asio::local::stream_protocol::socket socket);
-  awaitable<void> serve_session(std::shared_ptr<Session> session);
-  awaitable<void> serve_data(std::shared_ptr<Channel> channel);
+  awaitable<void> serve_session(std::shared_ptr<Session> session, AddressTable::Key address);
+  awaitable<void> serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
   /// Tells a connection that it cannot stay.
   awaitable<void> turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text);
@@ -79,6 +80,8 @@ class Server {
   UnixAcceptor admin_;
   std::uint16_t request_port_ = 0;
   std::uint64_t next_key_ = 1;
+  AddressTable session_addresses_;
+  AddressTable joining_addresses_;  ///< of data connections that have not joined yet
   std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
   std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;
   std::map<std::uint64_t, std::weak_ptr<Channel>> joining_;  ///< data connections that have not joined yet

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kBusyMilliseconds = 2000;
 
-ErrorCode error_code(int extended_code) {
+ErrorCode error_code(int extended_code, int system_error) {
   switch (extended_code & 0xff) {
     case SQLITE_FULL:
       return ErrorCode::no_space;
@@ -26,15 +26,39 @@ ErrorCode error_code(int extended_code) {
       return ErrorCode::not_a_database;
     case SQLITE_TOOBIG:
       return ErrorCode::too_large;
+    case SQLITE_NOMEM:
+      return ErrorCode::out_of_memory;
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+      // SQLite says FULL only where it writes the database or its log; elsewhere (the -shm file, a quota, a limit on
+      // file sizes) the reason stands in errno alone.
+      if (system_error == ENOSPC || system_error == EDQUOT || system_error == EFBIG) return ErrorCode::no_space;
+      if (system_error == ENOMEM) return ErrorCode::out_of_memory;
+      return ErrorCode::database_failed;
     default:
       return ErrorCode::database_failed;
+  }
+}
+
+/// What SQLite's own words leave open.
+const char* in_plain_words(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::no_space:
+      return "the disk of the database is full: ";
+    case ErrorCode::database_locked:
+      return "another process keeps the database locked: ";
+    case ErrorCode::database_corrupt:
+      return "the database is damaged: ";
+    default:
+      return "";
   }
 }
 
 }  // namespace
 
 Error SqliteError::as_error() const {
-  return {error_code(extended_code_), what()};
+  const ErrorCode code = error_code(extended_code_, system_error_);
+  return {code, std::string(in_plain_words(code)) + what()};
 }
 
 Db::Db(const std::string& path) {
@@ -45,20 +69,25 @@ Db::Db(const std::string& path) {
   if (fd >= 0) {
     ::close(fd);
   } else if (errno != EEXIST) {
-    throw SqliteError(SQLITE_CANTOPEN, path + ": " + std::strerror(errno));
+    throw SqliteError(SQLITE_CANTOPEN, path + ": " + std::strerror(errno), errno);
   }
   sqlite3* raw = nullptr;
   const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
   handle_.reset(raw);
   if (raw == nullptr) throw SqliteError(SQLITE_NOMEM, "out of memory while opening " + path);
-  if (code != SQLITE_OK) throw SqliteError(sqlite3_extended_errcode(raw), path + ": " + sqlite3_errmsg(raw));
+  if (code != SQLITE_OK) {
+    throw SqliteError(sqlite3_extended_errcode(raw), path + ": " + sqlite3_errmsg(raw), sqlite3_system_errno(raw));
+  }
   check(sqlite3_extended_result_codes(raw, 1));
   check(sqlite3_busy_timeout(raw, kBusyMilliseconds));
 }
 
 void Db::check(int code) const {
-  if (code == SQLITE_OK) return;
-  throw SqliteError(sqlite3_extended_errcode(handle_.get()), sqlite3_errmsg(handle_.get()));
+  if (code != SQLITE_OK) throw last_error();
+}
+
+SqliteError Db::last_error() const {
+  return {sqlite3_extended_errcode(handle_.get()), sqlite3_errmsg(handle_.get()), sqlite3_system_errno(handle_.get())};
 }
 
 void Db::execute(const char* sql) {
@@ -112,7 +141,7 @@ bool Statement::step() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
-  throw SqliteError(sqlite3_extended_errcode(db_->handle()), sqlite3_errmsg(db_->handle()));
+  throw db_->last_error();
 }
 
 void Statement::run() {

@@ -22,13 +22,15 @@ namespace pmcd::store {
 
 class SqliteError : public std::runtime_error {
  public:
-  SqliteError(int extended_code, const std::string& message)
-      : std::runtime_error(message), extended_code_(extended_code) {}
-  /// The error as the store reports it.
+  /// `system_error`: the errno behind it, 0 if there is none.
+  SqliteError(int extended_code, const std::string& message, int system_error = 0)
+      : std::runtime_error(message), extended_code_(extended_code), system_error_(system_error) {}
+  /// The error as the store reports it: a code, and a sentence that an operator understands.
   [[nodiscard]] Error as_error() const;
 
  private:
   int extended_code_;
+  int system_error_;
 };
 
 /// One connection.
@@ -51,6 +53,8 @@ class Db {
 
   /// Throws SqliteError with this connection's message unless `code` is SQLITE_OK.
   void check(int code) const;
+  /// The connection's last error.
+  [[nodiscard]] SqliteError last_error() const;
 
  private:
   struct Close {

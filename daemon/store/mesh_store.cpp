@@ -2,22 +2,20 @@
 // MeshStore in SQL. This is the boundary at which SQLite's exceptions become values.
 #include "daemon/store/mesh_store.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <new>
 #include <optional>
 #include <utility>
 
 #include "codec/packet/header.h"
 #include "daemon/store/db.h"
+#include "daemon/store/rows.h"
 #include "daemon/store/schema.h"
 
 namespace pmcd::store {
 namespace {
-
-constexpr const char* kSummaryColumns =
-    "SELECT id, name, added_at, generation, format_version, lossless, scalar, lattice_bits, lattice_x, lattice_y, "
-    "lattice_z, lattice_step, box_min_x, box_min_y, box_min_z, box_max_x, box_max_y, box_max_z, vertices, faces, "
-    "packets, bytes FROM mesh ";
 
 /// Runs `work`, which returns a Result, and turns what it throws into an Error.
 template <typename Work>
@@ -27,48 +25,18 @@ auto guarded(Work&& work) -> decltype(work()) {
   } catch (const SqliteError& error) {
     return error.as_error();
   } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::database_failed, "out of memory"};
+    return Error{ErrorCode::out_of_memory, "out of memory"};
   }
 }
 
-template <typename Number>
-Number narrow(std::int64_t value, const char* what) {
-  if (!std::in_range<Number>(value)) {
-    throw SqliteError(SQLITE_CORRUPT, std::string(what) + " is out of range in the database");
-  }
-  return static_cast<Number>(value);
-}
-
-codec::Position position(const Statement& row, int column) {
-  return {row.real(column), row.real(column + 1), row.real(column + 2)};
-}
-
-MeshSummary read_summary(const Statement& row) {
-  MeshSummary mesh;
-  mesh.id = row.integer(0);
-  mesh.name = row.text(1);
-  mesh.added_at = row.integer(2);
-  mesh.generation = static_cast<std::uint64_t>(row.integer(3));
-  mesh.format_version = narrow<std::uint8_t>(row.integer(4), "format_version");
-  mesh.lossless = row.integer(5) != 0;
-  mesh.lattice.scalar = row.integer(6) == 0 ? codec::Scalar::float32 : codec::Scalar::float64;
-  mesh.lattice.bits = narrow<unsigned>(row.integer(7), "lattice_bits");
-  mesh.lattice.min = position(row, 8);
-  mesh.lattice.step = row.real(11);
-  mesh.box_min = position(row, 12);
-  mesh.box_max = position(row, 15);
-  mesh.vertices = narrow<std::uint32_t>(row.integer(18), "vertices");
-  mesh.faces = narrow<std::uint32_t>(row.integer(19), "faces");
-  mesh.packets = narrow<std::uint32_t>(row.integer(20), "packets");
-  mesh.bytes = narrow<std::uint64_t>(row.integer(21), "bytes");
-  return mesh;
+std::int64_t seconds_since_1970() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 MeshSummary summarize(const NewMesh& mesh) {
   MeshSummary summary;
   summary.name = mesh.name;
-  summary.added_at =
-      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  summary.added_at = seconds_since_1970();
   summary.generation = mesh.directory.generation;
   summary.format_version = mesh.directory.format_version;
   summary.lossless = mesh.directory.lossless;
@@ -84,6 +52,17 @@ MeshSummary summarize(const NewMesh& mesh) {
 
 Error unknown_mesh(std::string_view name) {
   return {ErrorCode::unknown_mesh, "no mesh is named \"" + std::string(name) + "\""};
+}
+
+Error unknown_generation(std::uint64_t generation) {
+  char digits[17];
+  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(generation));
+  return {ErrorCode::unknown_mesh, std::string("no mesh has the generation ") + digits};
+}
+
+Error missing_packet(MeshId mesh, std::size_t level) {
+  return {ErrorCode::missing_packet,
+          "packet " + std::to_string(level) + " of mesh " + std::to_string(mesh) + " is missing in the database"};
 }
 
 }  // namespace
@@ -106,22 +85,18 @@ class MeshStore::Connection {
   Result<Inserted> insert(const NewMesh& mesh) {
     MeshSummary summary = summarize(mesh);
     Transaction transaction(db_);
-    const bool exists = contains(mesh.name);
-    if (exists && !mesh.replace) return name_taken(mesh.name);
-    if (exists) statements_->remove.bind(1, mesh.name).run();
-    insert_mesh(summary);
+    const std::optional<MeshId> before = live(mesh.name);
+    if (before && !mesh.replace) return name_taken(mesh.name);
+    if (before) retire(*before);
+    bind_summary(statements_->insert_mesh, summary);
+    statements_->insert_mesh.run();
     summary.id = db_.last_insert_id();
     for (std::size_t level = 0; level < mesh.packets.size(); ++level) {
-      insert_packet(summary.id, level, mesh.directory.levels[level], mesh.packets[level]);
+      bind_packet(statements_->insert_packet, summary.id, level, mesh.directory.levels[level], mesh.packets[level]);
+      statements_->insert_packet.run();
     }
     transaction.commit();
-    return Inserted{std::move(summary), exists};
-  }
-
-  bool contains(std::string_view name) {
-    Statement& query = statements_->find;
-    const ResetAtExit guard(query);
-    return query.bind(1, name).step();
+    return Inserted{std::move(summary), before};
   }
 
   std::vector<MeshSummary> list() {
@@ -132,6 +107,14 @@ class MeshStore::Connection {
     return meshes;
   }
 
+  /// The live mesh of that name.
+  std::optional<MeshId> live(std::string_view name) {
+    Statement& query = statements_->live;
+    const ResetAtExit guard(query);
+    if (!query.bind(1, name).step()) return std::nullopt;
+    return query.integer(0);
+  }
+
   std::optional<MeshSummary> find(std::string_view name) {
     Statement& query = statements_->find;
     const ResetAtExit guard(query);
@@ -139,26 +122,29 @@ class MeshStore::Connection {
     return read_summary(query);
   }
 
-  std::vector<codec::LevelEntry> levels(const MeshSummary& mesh) {
+  std::optional<MeshSummary> find_generation(std::uint64_t generation) {
+    Statement& query = statements_->find_generation;
+    const ResetAtExit guard(query);
+    if (!query.bind(1, static_cast<std::int64_t>(generation)).step()) return std::nullopt;
+    return read_summary(query);
+  }
+
+  Result<Mesh> with_levels(MeshSummary summary) {
     Statement& query = statements_->levels;
     const ResetAtExit guard(query);
-    query.bind(1, mesh.id);
+    query.bind(1, summary.id);
     std::vector<codec::LevelEntry> levels;
     while (query.step()) {
-      if (query.integer(0) != static_cast<std::int64_t>(levels.size())) break;
-      codec::LevelEntry level;
-      level.bytes = narrow<std::uint32_t>(query.integer(1), "bytes");
-      level.vertices = narrow<std::uint32_t>(query.integer(2), "vertices");
-      level.faces = narrow<std::uint32_t>(query.integer(3), "faces");
-      level.crc32c = narrow<std::uint32_t>(query.integer(4), "crc32c");
-      level.error_rms = query.real_or_null(5).value_or(-1);
-      level.error_max = query.real_or_null(6).value_or(-1);
-      levels.push_back(level);
+      std::int64_t level = 0;
+      const codec::LevelEntry entry = read_level(query, level);
+      if (level != static_cast<std::int64_t>(levels.size())) break;
+      levels.push_back(entry);
     }
-    if (levels.size() != mesh.packets) {
-      throw SqliteError(SQLITE_CORRUPT, "mesh \"" + mesh.name + "\" lacks a packet in the database");
+    if (levels.size() < summary.packets) return missing_packet(summary.id, levels.size());
+    if (levels.size() > summary.packets) {
+      throw SqliteError(SQLITE_CORRUPT, "mesh " + std::to_string(summary.id) + " has more packets than it should");
     }
-    return levels;
+    return Mesh{std::move(summary), std::move(levels)};
   }
 
   Result<std::vector<std::byte>> read_packet(MeshId mesh, std::uint32_t level) {
@@ -167,7 +153,7 @@ class MeshStore::Connection {
     if (!query.bind(1, mesh).bind(2, std::int64_t{level}).step()) return why_no_packet(mesh, level);
     std::vector<std::byte> bytes = query.blob(1);
     const auto checked = codec::check_packet(bytes);
-    if (!checked || checked.value().crc32c != narrow<std::uint32_t>(query.integer(0), "crc32c")) {
+    if (!checked || std::int64_t{checked.value().crc32c} != query.integer(0)) {
       return Error{ErrorCode::database_corrupt, "packet " + std::to_string(level) + " of mesh " + std::to_string(mesh) +
                                                     " is damaged in the database"};
     }
@@ -178,90 +164,102 @@ class MeshStore::Connection {
     Transaction transaction(db_);
     const auto mesh = find(name);
     if (!mesh) return unknown_mesh(name);
-    statements_->remove.bind(1, name).run();
+    retire(mesh->id);
     transaction.commit();
     return *mesh;
+  }
+
+  std::vector<MeshId> retired() {
+    Statement& query = statements_->retired;
+    const ResetAtExit guard(query);
+    std::vector<MeshId> meshes;
+    while (query.step()) meshes.push_back(query.integer(0));
+    return meshes;
+  }
+
+  Collected collect(MeshId mesh) {
+    Transaction transaction(db_);
+    if (const std::optional<bool> is = is_live(mesh); !is || *is) return is ? Collected::live : Collected::all;
+    const std::optional<std::int64_t> first = first_to_delete(mesh);
+    if (first) {
+      statements_->delete_packets.bind(1, mesh).bind(2, *first).run();
+      statements_->collecting.bind(1, mesh).run();
+    } else {
+      statements_->delete_mesh.bind(1, mesh).run();
+    }
+    transaction.commit();
+    return first ? Collected::part : Collected::all;
   }
 
  private:
   struct Statements {
     explicit Statements(Db& db)
-        : insert_mesh(db,
-                      "INSERT INTO mesh (name, added_at, generation, format_version, lossless, scalar, lattice_bits, "
-                      "lattice_x, lattice_y, lattice_z, lattice_step, box_min_x, box_min_y, box_min_z, box_max_x, "
-                      "box_max_y, box_max_z, vertices, faces, packets, bytes) "
-                      "VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21)"),
-          insert_packet(db,
-                        "INSERT INTO packet (mesh, level, bytes, vertices, faces, crc32c, error_rms, error_max, data) "
-                        "VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9)"),
-          list(db, std::string(kSummaryColumns) + "ORDER BY name"),
-          find(db, std::string(kSummaryColumns) + "WHERE name = ?1"),
-          levels(db,
-                 "SELECT level, bytes, vertices, faces, crc32c, error_rms, error_max FROM packet WHERE mesh = ?1 "
-                 "ORDER BY level"),
+        : insert_mesh(db, kInsertSummary),
+          insert_packet(db, kInsertPacket),
+          list(db, std::string(kSelectSummary) + "WHERE retired_at IS NULL ORDER BY name"),
+          live(db, "SELECT id FROM mesh WHERE name = ?1 AND retired_at IS NULL"),
+          find(db, std::string(kSelectSummary) + "WHERE name = ?1 AND retired_at IS NULL"),
+          find_generation(db, std::string(kSelectSummary) +
+                                  "WHERE generation = ?1 AND collecting = 0 "
+                                  "ORDER BY retired_at IS NOT NULL, id DESC LIMIT 1"),
+          levels(db, kSelectLevels),
           packet(db, "SELECT crc32c, data FROM packet WHERE mesh = ?1 AND level = ?2"),
-          mesh_exists(db, "SELECT 1 FROM mesh WHERE id = ?1"),
-          remove(db, "DELETE FROM mesh WHERE name = ?1") {}
+          state(db, "SELECT retired_at IS NULL, collecting, packets FROM mesh WHERE id = ?1"),
+          retire(db, "UPDATE mesh SET retired_at = ?2 WHERE id = ?1"),
+          retired(db, "SELECT id FROM mesh WHERE retired_at IS NOT NULL"),
+          sizes(db, "SELECT level, bytes FROM packet WHERE mesh = ?1 ORDER BY level DESC"),
+          delete_packets(db, "DELETE FROM packet WHERE mesh = ?1 AND level >= ?2"),
+          collecting(db, "UPDATE mesh SET collecting = 1 WHERE id = ?1"),
+          delete_mesh(db, "DELETE FROM mesh WHERE id = ?1") {}
 
     Statement insert_mesh;
     Statement insert_packet;
     Statement list;
+    Statement live;
     Statement find;
+    Statement find_generation;
     Statement levels;
     Statement packet;
-    Statement mesh_exists;
-    Statement remove;
+    Statement state;
+    Statement retire;
+    Statement retired;
+    Statement sizes;
+    Statement delete_packets;
+    Statement collecting;
+    Statement delete_mesh;
   };
 
-  void insert_mesh(const MeshSummary& mesh) {
-    Statement& row = statements_->insert_mesh;
-    row.bind(1, std::string_view(mesh.name));
-    row.bind(2, mesh.added_at);
-    row.bind(3, static_cast<std::int64_t>(mesh.generation));
-    row.bind(4, std::int64_t{mesh.format_version});
-    row.bind(5, std::int64_t{mesh.lossless ? 1 : 0});
-    row.bind(6, std::int64_t{mesh.lattice.scalar == codec::Scalar::float32 ? 0 : 1});
-    row.bind(7, std::int64_t{mesh.lattice.bits});
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      row.bind(8 + axis, mesh.lattice.min[i]);
-      row.bind(12 + axis, mesh.box_min[i]);
-      row.bind(15 + axis, mesh.box_max[i]);
-    }
-    row.bind(11, mesh.lattice.step);
-    row.bind(18, std::int64_t{mesh.vertices});
-    row.bind(19, std::int64_t{mesh.faces});
-    row.bind(20, std::int64_t{mesh.packets});
-    row.bind(21, static_cast<std::int64_t>(mesh.bytes));
-    row.run();
+  void retire(MeshId mesh) { statements_->retire.bind(1, mesh).bind(2, seconds_since_1970()).run(); }
+
+  /// Nothing if there is no such mesh.
+  std::optional<bool> is_live(MeshId mesh) {
+    Statement& query = statements_->state;
+    const ResetAtExit guard(query);
+    if (!query.bind(1, mesh).step()) return std::nullopt;
+    return query.integer(0) != 0;
   }
 
-  void insert_packet(MeshId mesh, std::size_t level, const codec::LevelEntry& entry, std::span<const std::byte> data) {
-    Statement& row = statements_->insert_packet;
-    row.bind(1, mesh);
-    row.bind(2, static_cast<std::int64_t>(level));
-    row.bind(3, std::int64_t{entry.bytes});
-    row.bind(4, std::int64_t{entry.vertices});
-    row.bind(5, std::int64_t{entry.faces});
-    row.bind(6, std::int64_t{entry.crc32c});
-    bind_measured(row, 7, entry.error_rms);
-    bind_measured(row, 8, entry.error_max);
-    row.bind(9, data);
-    row.run();
-  }
-
-  static void bind_measured(Statement& row, int parameter, double error) {
-    if (error >= 0) {
-      row.bind(parameter, error);
-    } else {
-      row.bind_null(parameter);
+  /// Packets from this level on are what one step deletes; nothing if one step deletes the whole mesh.
+  std::optional<std::int64_t> first_to_delete(MeshId mesh) {
+    Statement& query = statements_->sizes;
+    const ResetAtExit guard(query);
+    query.bind(1, mesh);
+    std::optional<std::int64_t> first;
+    std::uint64_t bytes = 0;
+    while (query.step()) {
+      bytes += static_cast<std::uint64_t>(std::max<std::int64_t>(query.integer(1), 0));
+      if (first && bytes > kCollectBytes) return first;
+      first = query.integer(0);
     }
+    return std::nullopt;
   }
 
   Error why_no_packet(MeshId mesh, std::uint32_t level) {
-    Statement& query = statements_->mesh_exists;
+    Statement& query = statements_->state;
     const ResetAtExit guard(query);
-    if (!query.bind(1, mesh).step()) return {ErrorCode::unknown_mesh, "the mesh is gone"};
+    const bool gone = !query.bind(1, mesh).step() || query.integer(1) != 0;
+    if (gone) return {ErrorCode::unknown_mesh, "the mesh is gone"};
+    if (std::int64_t{level} < query.integer(2)) return missing_packet(mesh, level);
     return {ErrorCode::unknown_packet, "the mesh has no packet " + std::to_string(level)};
   }
 
@@ -296,13 +294,20 @@ Result<Mesh> MeshStore::find(std::string_view name) {
   return guarded([&]() -> Result<Mesh> {
     auto summary = connection_->find(name);
     if (!summary) return unknown_mesh(name);
-    auto levels = connection_->levels(*summary);
-    return Mesh{std::move(*summary), std::move(levels)};
+    return connection_->with_levels(std::move(*summary));
+  });
+}
+
+Result<Mesh> MeshStore::find_generation(std::uint64_t generation) {
+  return guarded([&]() -> Result<Mesh> {
+    auto summary = connection_->find_generation(generation);
+    if (!summary) return unknown_generation(generation);
+    return connection_->with_levels(std::move(*summary));
   });
 }
 
 Result<bool> MeshStore::contains(std::string_view name) {
-  return guarded([&]() -> Result<bool> { return connection_->contains(name); });
+  return guarded([&]() -> Result<bool> { return connection_->live(name).has_value(); });
 }
 
 Result<std::vector<std::byte>> MeshStore::read_packet(MeshId mesh, std::uint32_t level) {
@@ -311,6 +316,14 @@ Result<std::vector<std::byte>> MeshStore::read_packet(MeshId mesh, std::uint32_t
 
 Result<MeshSummary> MeshStore::remove(std::string_view name) {
   return guarded([&] { return connection_->remove(name); });
+}
+
+Result<std::vector<MeshId>> MeshStore::retired() {
+  return guarded([&]() -> Result<std::vector<MeshId>> { return connection_->retired(); });
+}
+
+Result<Collected> MeshStore::collect(MeshId mesh) {
+  return guarded([&]() -> Result<Collected> { return connection_->collect(mesh); });
 }
 
 }  // namespace pmcd::store

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The mesh database: packet blobs and what is known of each mesh. A mesh is stored in one transaction, whole and
-// checked, or not at all; what insert() confirmed survives kill -9 and loss of power.
+// checked, or not at all; what insert() confirmed survives kill -9 and loss of power. A mesh that is replaced or
+// removed is retired: its name is free at once and no list shows it, but its packets can be read until it is collected.
 // Thread rule: used by the thread that opened it (store_thread.h has one for the daemon). It knows no sessions.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,13 +55,23 @@ struct NewMesh {
 
 struct Inserted {
   MeshSummary mesh;
-  bool replaced = false;  ///< a mesh of that name gave way
+  std::optional<MeshId> retired;  ///< the mesh of that name that gave way
+  [[nodiscard]] bool replaced() const { return retired.has_value(); }
+};
+
+/// What a step of collect() came to.
+enum class Collected : std::uint8_t {
+  all,   ///< nothing of the mesh is left
+  part,  ///< some packets are deleted; call again
+  live,  ///< the mesh is not retired; nothing was done
 };
 
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::size_t kMaxLevels = 1'001;
 /// SQLite holds no larger blob.
 inline constexpr std::uint64_t kMaxPacketBytes = 1'000'000'000;
+/// What one step of collect() deletes at most, unless a single packet is larger.
+inline constexpr std::uint64_t kCollectBytes = std::uint64_t{16} << 20;
 
 /// Whether a name fits the database: 1 to kMaxNameBytes bytes. What else makes a good name is for the protocol to say.
 /// Error: bad_name.
@@ -87,17 +99,26 @@ class MeshStore {
   /// Errors: those of check_name and check_mesh, name_taken, no_space, and those of SQLite.
   Result<Inserted> insert(const NewMesh& mesh);
 
-  /// All meshes by name (bytewise).
+  /// All live meshes by name (bytewise).
   Result<std::vector<MeshSummary>> list();
-  /// Error: unknown_mesh.
+  /// The live mesh of that name. Errors: unknown_mesh, missing_packet, database_corrupt.
   Result<Mesh> find(std::string_view name);
-  /// True if a mesh has this name.
+  /// A mesh of that content: the newest live one, else the newest retired one that is not being collected.
+  /// Errors: those of find().
+  Result<Mesh> find_generation(std::uint64_t generation);
+  /// True if a live mesh has this name.
   Result<bool> contains(std::string_view name);
-  /// The bytes of one packet, whole and checked against its checksum.
-  /// Errors: unknown_mesh (also when it was removed or replaced), unknown_packet, database_corrupt.
+  /// The bytes of one packet of a live or retired mesh, whole and checked against its checksum.
+  /// Errors: unknown_mesh (also when it is being collected), unknown_packet, missing_packet, database_corrupt.
   Result<std::vector<std::byte>> read_packet(MeshId mesh, std::uint32_t level);
-  /// Removes a mesh with its packets and tells what it was. Error: unknown_mesh.
+
+  /// Retires the mesh of that name and tells what it was. Error: unknown_mesh.
   Result<MeshSummary> remove(std::string_view name);
+  /// The meshes that wait to be collected, in no order.
+  Result<std::vector<MeshId>> retired();
+  /// Deletes a retired mesh, about kCollectBytes a call so that others may write in between; from the first call on
+  /// find_generation does not see it. What a kill leaves is still retired. A mesh that is gone is Collected::all.
+  Result<Collected> collect(MeshId mesh);
 
   [[nodiscard]] const std::string& path() const { return path_; }
 

@@ -24,12 +24,16 @@ const char* error_name(ErrorCode code) {
       return "too_large";
     case ErrorCode::no_space:
       return "no_space";
+    case ErrorCode::out_of_memory:
+      return "out_of_memory";
     case ErrorCode::database_newer:
       return "database_newer";
     case ErrorCode::not_a_database:
       return "not_a_database";
     case ErrorCode::database_corrupt:
       return "database_corrupt";
+    case ErrorCode::missing_packet:
+      return "missing_packet";
     case ErrorCode::database_locked:
       return "database_locked";
     case ErrorCode::database_failed:

@@ -20,9 +20,11 @@ enum class ErrorCode : std::uint8_t {
   incomplete,        ///< the upload has a gap or ends before its last packet
   too_large,         ///< the upload or one packet is over a limit
   no_space,          ///< the disk is full
+  out_of_memory,     ///< the daemon may not take the memory that this needs
   database_newer,    ///< written by a newer pmcd
   not_a_database,    ///< the file is no database, or not one of pmcd
-  database_corrupt,  ///< the database contradicts itself
+  database_corrupt,  ///< the database is damaged or contradicts itself
+  missing_packet,    ///< the database lacks a packet that its mesh should have
   database_locked,   ///< another process holds it
   database_failed,   ///< any other error of SQLite or of the file system
 };

@@ -4,17 +4,24 @@
 
 #include <string>
 
+#include "daemon/store/migrate.h"
+
 namespace pmcd::store {
 namespace {
 
 // Ids are never reused (AUTOINCREMENT): an id that a session holds means this very mesh or nothing.
 // 64-bit unsigned numbers (generation) stand as the signed number of the same bits. The blob is the last column, so
 // that reading a directory does not touch the pages of the blobs.
+// A mesh with retired_at (seconds since 1970) was replaced or removed: it has no name any more as far as others see,
+// and its packets stay until it is collected. collecting = 1: the deletion has begun, packets may be missing. Whatever
+// changes here needs a step in migrate.cpp and another kSchemaVersion.
 constexpr const char* kTables = R"sql(
 CREATE TABLE mesh (
   id             INTEGER PRIMARY KEY AUTOINCREMENT,
-  name           TEXT    NOT NULL UNIQUE,
+  name           TEXT    NOT NULL,
   added_at       INTEGER NOT NULL,
+  retired_at     INTEGER,
+  collecting     INTEGER NOT NULL DEFAULT 0,
   generation     INTEGER NOT NULL,
   format_version INTEGER NOT NULL,
   lossless       INTEGER NOT NULL,
@@ -35,6 +42,8 @@ CREATE TABLE mesh (
   packets        INTEGER NOT NULL,
   bytes          INTEGER NOT NULL
 ) STRICT;
+CREATE UNIQUE INDEX mesh_name ON mesh (name) WHERE retired_at IS NULL;
+CREATE INDEX mesh_generation ON mesh (generation);
 CREATE TABLE packet (
   id        INTEGER PRIMARY KEY,
   mesh      INTEGER NOT NULL REFERENCES mesh(id) ON DELETE CASCADE,
@@ -50,10 +59,17 @@ CREATE TABLE packet (
 ) STRICT;
 )sql";
 
-void create(Db& db) {
+/// Makes the tables or brings older ones up to date, in one transaction. Looks at the version again: another process
+/// may have been faster.
+void bring_up_to_date(Db& db) {
   Transaction transaction(db);
-  db.execute(kTables);
-  db.execute(("PRAGMA application_id = " + std::to_string(kApplicationId)).c_str());
+  const std::int64_t version = db.number("PRAGMA user_version");
+  if (version == 0) {
+    db.execute(kTables);
+    db.execute(("PRAGMA application_id = " + std::to_string(kApplicationId)).c_str());
+  } else {
+    migrate(db, version);
+  }
   db.execute(("PRAGMA user_version = " + std::to_string(kSchemaVersion)).c_str());
   transaction.commit();
 }
@@ -72,18 +88,22 @@ Status prepare_database(Db& db) {
     return Error{ErrorCode::database_newer, "the database has schema version " + std::to_string(version) +
                                                 ", this pmcd knows versions up to " + std::to_string(kSchemaVersion)};
   }
-  if (!fresh && version != kSchemaVersion) {
+  if (!fresh && version < 1) {
     return Error{ErrorCode::not_a_database,
                  "the database has schema version " + std::to_string(version) + ", which no pmcd ever wrote"};
   }
   if (db.text("PRAGMA journal_mode = WAL") != "wal") {
     return Error{ErrorCode::database_failed, "the file system of the database does not support write-ahead logging"};
   }
+  // Debian's SQLite would overwrite each deleted byte with zeros: a log as large as the mesh that is deleted, for data
+  // that every client may fetch. Foreign keys stay off while tables are rebuilt.
   db.execute(
       "PRAGMA synchronous = FULL;"
-      "PRAGMA foreign_keys = ON;"
+      "PRAGMA secure_delete = FAST;"
+      "PRAGMA foreign_keys = OFF;"
       "PRAGMA journal_size_limit = 67108864;");
-  if (fresh) create(db);
+  if (version != kSchemaVersion) bring_up_to_date(db);
+  db.execute("PRAGMA foreign_keys = ON");
   return Done{};
 }
 

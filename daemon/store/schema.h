@@ -10,13 +10,14 @@
 namespace pmcd::store {
 
 /// Raised whenever a table changes; an older database is brought up to date when it is opened, a newer one is refused.
-inline constexpr std::int64_t kSchemaVersion = 1;
+inline constexpr std::int64_t kSchemaVersion = 2;
 
 /// Marks a file as pmcd's ("PMCD"); part of the database format, never changed.
 inline constexpr std::int64_t kApplicationId = 0x504d4344;
 
-/// Makes the tables in an empty database, checks the version of any other, and sets what a connection needs (WAL,
-/// synchronous=FULL, foreign keys). Errors: database_newer, not_a_database. Also throws SqliteError.
+/// Makes the tables in an empty database, brings those of an older one up to date, refuses a newer one, and sets what a
+/// connection needs (WAL, synchronous=FULL, foreign keys). What it changes, it changes in one transaction.
+/// Errors: database_newer, not_a_database. Also throws SqliteError.
 Status prepare_database(Db& db);
 
 }  // namespace pmcd::store

@@ -17,8 +17,10 @@ namespace {
 Error failure(const char* what) {
   const int number = errno;
   const bool full = number == ENOSPC || number == EDQUOT || number == EFBIG;
-  return {full ? ErrorCode::no_space : ErrorCode::database_failed,
-          std::string("upload file: ") + what + ": " + std::strerror(number)};
+  const ErrorCode code = full               ? ErrorCode::no_space
+                         : number == ENOMEM ? ErrorCode::out_of_memory
+                                            : ErrorCode::database_failed;
+  return {code, std::string("upload file: ") + what + ": " + std::strerror(number)};
 }
 
 int open_unnamed(const std::string& folder) {

@@ -27,7 +27,7 @@ class Spool {
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
   /// All that was appended, mapped into memory until the spool goes; nothing may be appended after it.
-  /// Error: database_failed.
+  /// Errors: out_of_memory, database_failed.
   Result<std::span<const std::byte>> map();
 
  private:

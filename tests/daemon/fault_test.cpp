@@ -191,21 +191,23 @@ TEST_F(FaultTest, RemovedOrReplacedMeshIsNeverMixed) {
   const auto opened = session.open_mesh(1, "m");
   EXPECT_EQ(session.next_transfer().bytes, old_mesh.packets[0]);
   ingest("m", new_mesh, true);
+  const auto replaced = expect_notice(session.requests, proto::NoticeKind::mesh_retired);
+  EXPECT_EQ(replaced.handle, opened.handle);
+  EXPECT_EQ(replaced.seconds, 600U);
   session.requests.send(proto::encode(proto::GetNextPacket{2, opened.handle}));
-  session.requests.send(proto::encode(proto::GetNextPacket{3, opened.handle}));
-  EXPECT_EQ(expect_error(session.requests, 2), "mesh_changed");
-  EXPECT_EQ(expect_error(session.requests, 3), "mesh_changed");
-  const auto again = session.open_mesh(4, "m");
+  EXPECT_EQ(session.next_transfer().bytes, old_mesh.packets[1]) << "who has begun keeps what it has begun";
+  const auto again = session.open_mesh(3, "m");
   EXPECT_NE(again.handle, opened.handle);
   EXPECT_EQ(again.generation, new_mesh.directory.generation);
   EXPECT_EQ(session.next_transfer().bytes, new_mesh.packets[0]);
-  session.requests.send(proto::encode(proto::GetNextPacket{5, opened.handle}));
-  EXPECT_EQ(expect_error(session.requests, 5), "mesh_changed");
   RawAdmin::open(server_.admin_socket()).answer(proto::encode(proto::AdminRemove{1, "m"}));
-  session.requests.send(proto::encode(proto::GetNextPacket{6, again.handle}));
-  EXPECT_EQ(expect_error(session.requests, 6), "mesh_changed");
-  session.requests.send(proto::encode(proto::GetBaseMesh{7, "m"}));
-  EXPECT_EQ(expect_error(session.requests, 7), "unknown_mesh");
+  EXPECT_EQ(expect_notice(session.requests, proto::NoticeKind::mesh_retired).handle, again.handle);
+  session.requests.send(proto::encode(proto::GetNextPacket{4, again.handle}));
+  EXPECT_EQ(session.next_transfer().bytes, new_mesh.packets[1]);
+  session.requests.send(proto::encode(proto::GetNextPacket{5, opened.handle}));
+  EXPECT_EQ(session.next_transfer().bytes, old_mesh.packets[2]);
+  session.requests.send(proto::encode(proto::GetBaseMesh{6, "m"}));
+  EXPECT_EQ(expect_error(session.requests, 6), "unknown_mesh");
 }
 
 TEST_F(FaultTest, SameContentIngestedAgainGoesOn) {
@@ -215,6 +217,7 @@ TEST_F(FaultTest, SameContentIngestedAgainGoesOn) {
   const auto opened = session.open_mesh(1, "m");
   session.next_transfer();
   ingest("m", mesh, true);
+  EXPECT_EQ(expect_notice(session.requests, proto::NoticeKind::mesh_retired).handle, opened.handle);
   EXPECT_EQ(session.open_mesh(2, "m").handle, opened.handle);
   EXPECT_EQ(session.next_transfer().bytes, mesh.packets[0]);
   session.requests.send(proto::encode(proto::GetNextPacket{3, opened.handle}));
@@ -247,8 +250,12 @@ TEST_F(FaultTest, DrainLetsTheRunningTransferEndAndTellsTheOthers) {
   waiting.open_mesh(1, "big");
   std::thread drain([this] { EXPECT_TRUE(server_.drain()); });
   EXPECT_EQ(running.next_transfer().bytes, big.packets[0]);
-  EXPECT_EQ(expect_error(running.requests, 0), "shutting_down");
-  EXPECT_EQ(expect_error(waiting.requests, 0), "shutting_down");
+  for (RawSession* session : {&running, &waiting}) {
+    const auto notice = expect_notice(session->requests, proto::NoticeKind::draining);
+    EXPECT_EQ(notice.handle, 0U);
+    EXPECT_EQ(notice.seconds, 1U);
+    EXPECT_EQ(expect_error(session->requests, 0), "shutting_down");
+  }
   EXPECT_TRUE(waiting.data.closes()) << "what waited is not begun any more";
   drain.join();
   EXPECT_EQ(::access(server_.admin_socket().c_str(), F_OK), -1);

@@ -120,6 +120,7 @@ TEST_F(ProcessTest, SigtermAndSigintDrainAndEndInOrder) {
     late.send(proto::encode(proto::Hello{{}, "late"}));
     EXPECT_EQ(expect_error(late, 0), "shutting_down");
     EXPECT_EQ(running.next_transfer().bytes, mesh.packets[0]);
+    expect_notice(idle.requests, proto::NoticeKind::draining);
     EXPECT_EQ(expect_error(idle.requests, 0), "shutting_down");
     EXPECT_EQ(daemon.wait(), 0);
     EXPECT_EQ(::access(daemon.admin_socket().c_str(), F_OK), -1);
@@ -183,7 +184,7 @@ TEST_F(ProcessTest, TellsSystemd) {
                      }());
   EXPECT_EQ(daemon.log().substr(0, 3), "<6>") << "priorities for the journal instead of times";
   daemon.signal(SIGTERM);
-  EXPECT_EQ(message(), "STOPPING=1\nSTATUS=draining");
+  EXPECT_EQ(message(), "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins");
   EXPECT_EQ(daemon.wait(), 0);
   ::close(notify);
 }

@@ -135,6 +135,13 @@ std::string expect_error(RawConnection& connection, std::optional<std::uint32_t>
   return std::string(proto::code_name(message.code));
 }
 
+proto::Notice expect_notice(RawConnection& connection, proto::NoticeKind kind) {
+  auto notice = expect<proto::Notice>(connection);
+  EXPECT_EQ(notice.kind, kind);
+  EXPECT_FALSE(notice.text.empty());
+  return notice;
+}
+
 RawSession RawSession::open(std::uint16_t request_port, int receive_buffer) {
   RawSession session;
   session.requests = RawConnection::tcp(request_port);

@@ -88,6 +88,9 @@ M expect(RawConnection& connection) {
 /// The next frame must be an error; its code by name, and `id` if asked for.
 std::string expect_error(RawConnection& connection, std::optional<std::uint32_t> id = std::nullopt);
 
+/// The next frame must be a notice of this kind; the notice.
+proto::Notice expect_notice(RawConnection& connection, proto::NoticeKind kind);
+
 /// What a transfer brought.
 struct RawTransfer {
   std::uint32_t id = 0;
