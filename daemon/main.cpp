@@ -76,7 +76,7 @@ std::size_t sessions_that_fit(std::size_t wanted) {
 
 /// Waits for a signal, ends the server in order, and stops the loop. A second signal ends the process at once.
 net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& io, bool& in_order) {
-  net::asio::signal_set signals(io, SIGTERM, SIGINT);
+  net::asio::basic_signal_set<net::Executor> signals(io, SIGTERM, SIGINT);
   net::error_code ignored;
   const int signal = co_await signals.async_wait(net::resume_with(ignored));
   spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/net/packet_cache.h"
 #include "daemon/store/mesh_store.h"
 
 namespace pmcd::net {

@@ -30,16 +30,6 @@ struct CatalogOptions {
   Duration grace = std::chrono::seconds(600);       ///< of a mesh that was replaced or removed while somebody holds it
 };
 
-/// For the operator.
-struct CacheStatus {
-  std::uint64_t hits = 0;
-  std::uint64_t misses = 0;
-  std::uint64_t reads = 0;  ///< of the database; less than the misses where several asked at the same time
-  std::size_t packets = 0;
-  std::size_t bytes = 0;
-  std::size_t limit_bytes = 0;
-};
-
 class Catalog final : public MeshSource {
  public:
   /// Its coroutines run on the executor of `tasks`. REQUIRES: `tasks` and the threads outlive the catalog, and the
@@ -82,7 +72,7 @@ class Catalog final : public MeshSource {
  private:
   /// A packet that is being read, and those who wait for it.
   struct Reading {
-    explicit Reading(const asio::any_io_executor& executor) : done(executor) {}
+    explicit Reading(const Executor& executor) : done(executor) {}
     std::optional<store::Result<SharedBytes>> answer;
     bool gone = false;  ///< its mesh went meanwhile
     Condition done;

@@ -175,7 +175,7 @@ std::uint64_t Channel::acknowledged_position() {
 
 awaitable<void> Channel::finish() {
   const auto self = shared_from_this();
-  asio::steady_timer deadline(socket_.get_executor(), limits_.linger);
+  Timer deadline(socket_.get_executor(), limits_.linger);
   deadline.async_wait([self](const error_code& error) {
     if (!error) self->abort();
   });

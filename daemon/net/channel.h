@@ -23,7 +23,7 @@ namespace pmcd::net {
 
 class Channel : public std::enable_shared_from_this<Channel> {
  public:
-  using Socket = asio::generic::stream_protocol::socket;
+  using Socket = StreamSocket;
 
   /// `read_buffer`: bytes taken from the socket at a time. REQUIRES: `limits` outlives the channel.
   Channel(Socket socket, const Limits& limits, std::uint32_t max_frame, std::size_t read_buffer);
@@ -99,7 +99,7 @@ class Channel : public std::enable_shared_from_this<Channel> {
 
   const Limits& limits_;
   Socket socket_;
-  asio::steady_timer read_deadline_;
+  Timer read_deadline_;
   bool timed_out_ = false;
   bool reading_stopped_ = false;
 

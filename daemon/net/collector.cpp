@@ -60,7 +60,6 @@ bool Collector::is_gone(store::MeshId mesh) const {
 }
 
 void Collector::start() {
-  if (stopping_) return;
   if (running_) {
     changed_.notify();
     return;

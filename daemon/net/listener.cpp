@@ -41,8 +41,7 @@ std::optional<std::string> make_room(const std::string& path) {
 
 }  // namespace
 
-ListenResult<TcpAcceptor> listen_tcp(const asio::any_io_executor& executor, const std::string& address,
-                                     std::uint16_t port) {
+ListenResult<TcpAcceptor> listen_tcp(const Executor& executor, const std::string& address, std::uint16_t port) {
   const std::string where = address + " port " + std::to_string(port);
   error_code error;
   const auto ip = asio::ip::make_address(address, error);
@@ -57,7 +56,7 @@ ListenResult<TcpAcceptor> listen_tcp(const asio::any_io_executor& executor, cons
   return acceptor;
 }
 
-ListenResult<UnixAcceptor> listen_unix(const asio::any_io_executor& executor, const std::string& path) {
+ListenResult<UnixAcceptor> listen_unix(const Executor& executor, const std::string& path) {
   if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path)) {
     return ListenError{"the path of the admin socket must have 1 to " +
                        std::to_string(sizeof(sockaddr_un::sun_path) - 1) + " bytes: \"" + path + "\""};

@@ -15,9 +15,6 @@
 
 namespace pmcd::net {
 
-using TcpAcceptor = asio::ip::tcp::acceptor;
-using UnixAcceptor = asio::local::stream_protocol::acceptor;
-
 /// A sentence that says what is wrong.
 struct ListenError {
   std::string text;
@@ -26,12 +23,11 @@ template <typename T>
 using ListenResult = std::variant<T, ListenError>;
 
 /// Listens on a numeric address; port 0 takes any free one.
-ListenResult<TcpAcceptor> listen_tcp(const asio::any_io_executor& executor, const std::string& address,
-                                     std::uint16_t port);
+ListenResult<TcpAcceptor> listen_tcp(const Executor& executor, const std::string& address, std::uint16_t port);
 
 /// Listens on a Unix socket of mode 0660. A socket file on which nobody answers is replaced; anything else that stands
 /// at the path (a socket that answers, a file) is left alone and is an error.
-ListenResult<UnixAcceptor> listen_unix(const asio::any_io_executor& executor, const std::string& path);
+ListenResult<UnixAcceptor> listen_unix(const Executor& executor, const std::string& path);
 
 /// Accepts until the acceptor is closed and gives each connection to `serve`. `name`: for the log.
 template <typename Acceptor, typename Serve>
@@ -40,12 +36,12 @@ awaitable<void> accept_loop(Acceptor& acceptor, const char* name, Serve serve);
 /// What accept_loop does on an error: logs the first of a row and waits.
 class AcceptTrouble {
  public:
-  AcceptTrouble(asio::any_io_executor executor, const char* name) : executor_(std::move(executor)), name_(name) {}
+  AcceptTrouble(Executor executor, const char* name) : executor_(std::move(executor)), name_(name) {}
   awaitable<void> pause(const error_code& error);
   void over();
 
  private:
-  asio::any_io_executor executor_;
+  Executor executor_;
   const char* name_;
   std::uint64_t in_a_row_ = 0;
 };

@@ -18,13 +18,13 @@ namespace pmcd::net {
 /// `executor` with what it returned. Errors beside those of `work`: database_failed (the thread's queue is full),
 /// out_of_memory.
 template <typename Work>
-auto on_store(asio::any_io_executor executor, store::StoreThread& thread, Work work)
+auto on_store(Executor executor, store::StoreThread& thread, Work work)
     -> awaitable<std::invoke_result_t<Work, store::MeshStore&>> {
   using Answer = std::invoke_result_t<Work, store::MeshStore&>;
   auto initiate = [&thread, executor, &work](auto handler) {
     // The queue's jobs are copyable functions, the handler can only be moved: hence the shared pointers.
     auto waiting = std::make_shared<decltype(handler)>(std::move(handler));
-    auto guard = std::make_shared<asio::executor_work_guard<asio::any_io_executor>>(executor);
+    auto guard = std::make_shared<asio::executor_work_guard<Executor>>(executor);
     const auto resume = [executor, waiting, guard](Answer answer) {
       asio::post(executor, [waiting, answer = std::move(answer)]() mutable { (*waiting)(std::move(answer)); });
       guard->reset();
@@ -40,8 +40,8 @@ auto on_store(asio::any_io_executor executor, store::StoreThread& thread, Work w
         [work = std::move(work), guarded, resume](store::MeshStore& store) mutable { resume(guarded(work, store)); });
     if (!posted) resume(store::Error{store::ErrorCode::database_failed, "too many requests wait for the database"});
   };
-  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>&, void(Answer)>(std::move(initiate),
-                                                                                        asio::use_awaitable);
+  co_return co_await asio::async_initiate<const asio::use_awaitable_t<Executor>&, void(Answer)>(std::move(initiate),
+                                                                                                kUseAwaitable);
 }
 
 }  // namespace pmcd::net

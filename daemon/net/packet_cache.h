@@ -14,6 +14,16 @@
 
 namespace pmcd::net {
 
+/// For the operator.
+struct CacheStatus {
+  std::uint64_t hits = 0;
+  std::uint64_t misses = 0;
+  std::uint64_t reads = 0;  ///< of the database; less than the misses where several asked at the same time
+  std::size_t packets = 0;
+  std::size_t bytes = 0;
+  std::size_t limit_bytes = 0;
+};
+
 /// Names a packet for as long as the database lives.
 struct PacketKey {
   store::MeshId mesh = 0;

@@ -88,7 +88,7 @@ std::optional<std::string> Server::start() {
   return std::nullopt;
 }
 
-void Server::accept_request(asio::ip::tcp::socket socket) {
+void Server::accept_request(TcpSocket socket) {
   tune_tcp(socket.native_handle());
   error_code error;
   const auto endpoint = socket.remote_endpoint(error);
@@ -111,7 +111,7 @@ void Server::accept_request(asio::ip::tcp::socket socket) {
   tasks_.spawn("session", serve_session(std::move(session), address));
 }
 
-void Server::accept_data(asio::ip::tcp::socket socket) {
+void Server::accept_data(TcpSocket socket) {
   tune_tcp(socket.native_handle());
   error_code error;
   const auto endpoint = socket.remote_endpoint(error);
@@ -126,7 +126,7 @@ void Server::accept_data(asio::ip::tcp::socket socket) {
   tasks_.spawn("data channel", serve_data(std::move(channel), address));
 }
 
-void Server::accept_admin(asio::local::stream_protocol::socket socket) {
+void Server::accept_admin(UnixSocket socket) {
   const auto peer = peer_identity(socket.native_handle());
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
   if (context_.draining || admins_.size() >= options_.limits.admin_connections) {

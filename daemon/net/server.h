@@ -57,9 +57,9 @@ class Server {
   [[nodiscard]] std::size_t sessions() const { return sessions_.size(); }
 
  private:
-  void accept_request(asio::ip::tcp::socket socket);
-  void accept_data(asio::ip::tcp::socket socket);
-  void accept_admin(asio::local::stream_protocol::socket socket);
+  void accept_request(TcpSocket socket);
+  void accept_data(TcpSocket socket);
+  void accept_admin(UnixSocket socket);
   awaitable<void> serve_session(std::shared_ptr<Session> session, AddressTable::Key address);
   awaitable<void> serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);

@@ -12,7 +12,7 @@ namespace pmcd::net {
 
 class TaskGroup {
  public:
-  explicit TaskGroup(asio::any_io_executor executor) : executor_(std::move(executor)), idle_(executor_) {}
+  explicit TaskGroup(Executor executor) : executor_(std::move(executor)), idle_(executor_) {}
   TaskGroup(const TaskGroup&) = delete;
   TaskGroup& operator=(const TaskGroup&) = delete;
 
@@ -24,10 +24,10 @@ class TaskGroup {
   /// Returns when no task is running or `limit` is over: whether none is. Not to be called by a task of this group.
   awaitable<bool> wait_idle(Duration limit);
 
-  [[nodiscard]] const asio::any_io_executor& executor() const { return executor_; }
+  [[nodiscard]] const Executor& executor() const { return executor_; }
 
  private:
-  asio::any_io_executor executor_;
+  Executor executor_;
   std::size_t running_ = 0;
   Condition idle_;
 };

@@ -40,6 +40,16 @@ ErrorCode error_code(int extended_code, int system_error) {
   }
 }
 
+/// The errno of the last failed call on the write-ahead log, 0 if there is none. sqlite3_system_errno() does not know
+/// it any more when the failed write was that of a COMMIT.
+int log_errno(sqlite3* db) {
+  sqlite3_file* log = nullptr;
+  int number = 0;
+  const int code = sqlite3_file_control(db, "main", SQLITE_FCNTL_JOURNAL_POINTER, static_cast<void*>(&log));
+  if (code != SQLITE_OK || log == nullptr || log->pMethods == nullptr) return 0;
+  return log->pMethods->xFileControl(log, SQLITE_FCNTL_LAST_ERRNO, &number) == SQLITE_OK ? number : 0;
+}
+
 /// What SQLite's own words leave open.
 const char* in_plain_words(ErrorCode code) {
   switch (code) {
@@ -87,7 +97,9 @@ void Db::check(int code) const {
 }
 
 SqliteError Db::last_error() const {
-  return {sqlite3_extended_errcode(handle_.get()), sqlite3_errmsg(handle_.get()), sqlite3_system_errno(handle_.get())};
+  sqlite3* const db = handle_.get();
+  const int code = sqlite3_extended_errcode(db);
+  return {code, sqlite3_errmsg(db), code == SQLITE_IOERR_WRITE ? log_errno(db) : sqlite3_system_errno(db)};
 }
 
 void Db::execute(const char* sql) {

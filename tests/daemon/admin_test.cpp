@@ -73,6 +73,11 @@ TEST(Admin, ListShowRemoveStatus) {
   EXPECT_EQ(status["slots"], 3);
   EXPECT_EQ(status["meshes"], 1);
   EXPECT_EQ(status["sessions"], 0);
+  EXPECT_EQ(status["session_limit"], 9'000);
+  EXPECT_EQ(status["cache_limit_bytes"], 64 << 20);
+  EXPECT_EQ(status["cache_bytes"], 0);
+  EXPECT_EQ(status["cache_hits"], 0);
+  EXPECT_EQ(status["cache_misses"], 0);
   EXPECT_EQ(status["request_port"], server.request_port());
   EXPECT_EQ(status["data_port"], server.data_port());
   EXPECT_EQ(status["protocol"], "1.0");
