@@ -80,6 +80,7 @@ std::string status_json(const StatusReport& status) {
                   {"rule", status.rule},
                   {"slots", status.slots},
                   {"sessions", status.sessions},
+                  {"session_limit", status.session_limit},
                   {"waiting", status.waiting},
                   {"running", status.running},
                   {"meshes", status.meshes},
@@ -87,7 +88,11 @@ std::string status_json(const StatusReport& status) {
                   {"request_port", status.request_port},
                   {"data_port", status.data_port},
                   {"started_at", utc_time(status.started_at)},
-                  {"uptime_seconds", status.uptime_seconds}});
+                  {"uptime_seconds", status.uptime_seconds},
+                  {"cache_bytes", status.cache.bytes},
+                  {"cache_limit_bytes", status.cache.limit_bytes},
+                  {"cache_hits", status.cache.hits},
+                  {"cache_misses", status.cache.misses}});
 }
 
 std::string utc_time(std::int64_t seconds_since_1970) {

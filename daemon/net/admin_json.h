@@ -22,6 +22,7 @@ struct StatusReport {
   std::string rule;
   std::uint64_t slots = 0;
   std::uint64_t sessions = 0;
+  std::uint64_t session_limit = 0;
   std::uint64_t waiting = 0;
   std::uint64_t running = 0;
   std::uint64_t meshes = 0;
@@ -30,6 +31,7 @@ struct StatusReport {
   std::uint16_t data_port = 0;
   std::int64_t started_at = 0;  ///< seconds since 1970
   std::int64_t uptime_seconds = 0;
+  CacheStatus cache;
 };
 std::string status_json(const StatusReport& status);
 

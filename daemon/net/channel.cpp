@@ -177,7 +177,9 @@ awaitable<void> Channel::finish() {
   const auto self = shared_from_this();
   Timer deadline(socket_.get_executor(), limits_.linger);
   deadline.async_wait([self](const error_code& error) {
-    if (!error) self->abort();
+    if (error) return;
+    // Not even the kernel took all of it: what it holds would stay there until it gives up, minutes later.
+    self->queue_.empty() ? self->abort() : self->reset();
   });
   while (is_open() && !queue_.empty()) co_await progress_.wait_until();
   error_code error;

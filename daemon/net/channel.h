@@ -63,6 +63,8 @@ class Channel : public std::enable_shared_from_this<Channel> {
   [[nodiscard]] std::uint64_t queued_position() const { return queued_total_; }
   /// The position up to which the peer's kernel has acknowledged. TCP only. One system call.
   [[nodiscard]] std::uint64_t acknowledged_position();
+  /// What that was when it was asked last.
+  [[nodiscard]] std::uint64_t last_acknowledged() const { return acknowledged_; }
 
   /// Writes what is queued, tells the peer that nothing follows, waits for its end, and closes; the whole at most
   /// limits.linger. Only the coroutine that reads may call it.

@@ -93,7 +93,9 @@ awaitable<void> Collector::collect(store::MeshId mesh) {
     if (!step) {
       spdlog::error("mesh {}, replaced or removed, cannot be deleted yet: {}: {}", mesh,
                     store::error_name(step.error().code), step.error().detail);
-      retired.due = Clock::now() + kRetry;
+      // Damage does not go away by itself, and one line in the log is enough.
+      const bool damaged = step.error().code == store::ErrorCode::database_corrupt;
+      retired.due = damaged ? Clock::time_point::max() : Clock::now() + kRetry;
       co_return;
     }
     if (step.value() == store::Collected::part) continue;

@@ -97,7 +97,7 @@ void Dispatcher::pump() {
     auto node = waiting_.extract(request->key);
     Turn& turn = turns_[request->session];
     if (turn.running.empty()) {
-      turn.pace.begin(node.mapped().session->data().acknowledged_position(), Clock::now());
+      turn.pace.begin(node.mapped().session->data().last_acknowledged(), Clock::now());
     }
     turn.running.push_back(request->key);
     Running running;
@@ -106,6 +106,7 @@ void Dispatcher::pump() {
     running_.emplace(request->key, std::move(running));
     guarded(request->key, [&] { start(request->key); });
   }
+  hurry();
   if (watching_ || running_.empty()) return;
   watching_ = true;
   tasks_.spawn("transfer watch", watch());
@@ -171,7 +172,8 @@ void Dispatcher::feed(Key key) {
 void Dispatcher::end_sending(Key key) {
   Running& running = running_.at(key);
   running.stage = Stage::sent;
-  running.pause = kFirstPoll;
+  // While nobody waits for the slot there is no hurry, and mostly the client's next request tells before.
+  running.pause = scheduler_.waiting() > 0 ? kFirstPoll : kLongestPoll;
   running.poll_at = Clock::now() + running.pause;
   const Transfer transfer = running.transfer;
   if (running.cancelled) {
@@ -183,32 +185,35 @@ void Dispatcher::end_sending(Key key) {
   if (const auto it = running_.find(key); it != running_.end()) {
     it->second.transfer.bytes.reset();
     it->second.end_position = transfer.session->data().queued_position();
-    if (watching_ && it->second.poll_at < watch_wakes_at_) watch_.notify();
+    if (watching_ && it->second.poll_at + kFirstPoll < watch_wakes_at_) watch_.notify();
   }
 }
 
 void Dispatcher::progress(scheduler::SessionKey session) {
   const auto turn = turns_.find(session);
   if (turn == turns_.end() || turn->second.running.empty()) return;
-  const auto now = Clock::now();
-  std::optional<std::uint64_t> acknowledged;
   // A copy: what follows may end any of them, or the session.
   for (const Key key : std::vector<Key>(turn->second.running)) {
     const auto it = running_.find(key);
-    if (it == running_.end()) continue;
-    if (it->second.stage == Stage::sending) {
-      guarded(key, [&] { feed(key); });
-    } else if (it->second.stage == Stage::sent) {
-      if (!acknowledged) acknowledged = it->second.transfer.session->data().acknowledged_position();
-      settle(key, *acknowledged, now);
-    }
+    if (it != running_.end() && it->second.stage == Stage::sending) guarded(key, [&] { feed(key); });
+  }
+}
+
+void Dispatcher::heard(scheduler::SessionKey session) {
+  const auto turn = turns_.find(session);
+  if (turn == turns_.end()) return;
+  std::optional<std::uint64_t> acknowledged;
+  for (const Key key : std::vector<Key>(turn->second.running)) {
+    const Running& running = running_.at(key);
+    if (running.stage != Stage::sent) continue;
+    if (!acknowledged) acknowledged = running.transfer.session->data().acknowledged_position();
+    if (*acknowledged >= running.end_position) settle(key, *acknowledged, Clock::now());
   }
 }
 
 void Dispatcher::settle(Key key, std::uint64_t acknowledged, Clock::time_point now) {
   Running& running = running_.at(key);
   if (acknowledged < running.end_position) {
-    if (now < running.poll_at) return;
     running.pause = std::min(running.pause * 2, kLongestPoll);
     running.poll_at = now + running.pause;
     return;
@@ -244,6 +249,17 @@ awaitable<void> Dispatcher::watch() {
     judge(now);
   }
   watching_ = false;
+}
+
+void Dispatcher::hurry() {
+  if (scheduler_.waiting() == 0 || scheduler_.running() < scheduler_.slots()) return;
+  const auto soon = Clock::now() + kFirstPoll;
+  for (auto& [key, running] : running_) {
+    if (running.stage != Stage::sent || running.poll_at <= soon) continue;
+    running.pause = kFirstPoll;
+    running.poll_at = soon;
+  }
+  if (watching_ && watch_wakes_at_ > soon + kFirstPoll) watch_.notify();
 }
 
 Clock::time_point Dispatcher::poll(Clock::time_point now) {

@@ -37,8 +37,10 @@ class Dispatcher {
   /// Ends a transfer whose end is not queued yet: its session hears transfer_cancelled before this returns, and what
   /// was sent keeps the slot until it is acknowledged. No effect on others.
   void cancel(Key key);
-  /// The session's data channel has written something, or its client was heard: transfers may go on or be over.
+  /// The session's data channel has written something: its transfers may go on.
   void progress(scheduler::SessionKey session);
+  /// The session's client asks for more, so it has mostly acknowledged what it had: its slots may be free.
+  void heard(scheduler::SessionKey session);
   /// The session is closed: its requests leave the queue and its slots are free.
   void session_gone(scheduler::SessionKey session);
   /// No waiting request gets a slot any more; running transfers go on.
@@ -90,6 +92,9 @@ class Dispatcher {
   /// Runs while anything is running: asks the kernel what was acknowledged, and closes sessions that do not take their
   /// data.
   awaitable<void> watch();
+  /// Somebody waits and all slots are taken: asks sooner what was acknowledged.
+  void hurry();
+  /// Asks for all that are due; when the next is.
   Clock::time_point poll(Clock::time_point now);
   void judge(Clock::time_point now);
 

@@ -22,6 +22,8 @@ constexpr std::size_t kDataBuffer = 256;
 constexpr std::size_t kAdminBuffer = 64 * 1024;
 /// Connections over the limit are told so, but no more than these at a time.
 constexpr std::size_t kMaxTurnedAway = 64;
+/// Data connections beyond the number of sessions: those whose session has just ended and gone may still linger.
+constexpr std::size_t kSpareDataConnections = 32;
 
 std::uint64_t inode_of(const std::string& path) {
   struct stat status {};
@@ -118,11 +120,13 @@ void Server::accept_data(TcpSocket socket) {
   if (error) return;
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kDataBuffer);
   const AddressTable::Key address(endpoint.address());
-  if (joining_.size() >= options_.limits.sessions || !joining_addresses_.enter(address)) {
+  // Together with those that have joined: descriptors are counted on for one data connection a session.
+  if (data_connections_ >= options_.limits.sessions + kSpareDataConnections || !joining_addresses_.enter(address)) {
     tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
                                         "too many data connections wait to join"));
     return;
   }
+  ++data_connections_;
   tasks_.spawn("data channel", serve_data(std::move(channel), address));
 }
 
@@ -154,6 +158,11 @@ awaitable<void> Server::serve_admin(std::uint64_t key, std::shared_ptr<AdminConn
 }
 
 awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address) {
+  co_await let_join(std::move(channel), address);
+  --data_connections_;
+}
+
+awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable::Key address) {
   const std::uint64_t key = next_key_++;
   joining_.emplace(key, channel);
   const Channel::Incoming incoming = co_await channel->read(Clock::now() + options_.limits.hello);
@@ -244,6 +253,8 @@ StatusReport Server::status() const {
   report.rule = std::string(dispatcher_.rule());
   report.slots = dispatcher_.slots();
   report.sessions = sessions_.size();
+  report.session_limit = options_.limits.sessions;
+  report.cache = catalog_.cache_status();
   report.waiting = dispatcher_.waiting();
   report.running = dispatcher_.running();
   report.listen = options_.listen;

@@ -62,6 +62,8 @@ class Server {
   void accept_admin(UnixSocket socket);
   awaitable<void> serve_session(std::shared_ptr<Session> session, AddressTable::Key address);
   awaitable<void> serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address);
+  /// Its first frame, which is to join a session.
+  awaitable<void> let_join(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
   /// Tells a connection that it cannot stay.
   awaitable<void> turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text);
@@ -85,6 +87,7 @@ class Server {
   std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
   std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;
   std::map<std::uint64_t, std::weak_ptr<Channel>> joining_;  ///< data connections that have not joined yet
+  std::size_t data_connections_ = 0;                         ///< those and the ones that have joined
   std::size_t turned_away_ = 0;                              ///< connections that are being told to go
   std::uint64_t admin_inode_ = 0;
   Clock::time_point started_;

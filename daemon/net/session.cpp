@@ -209,8 +209,7 @@ awaitable<bool> Session::on_frame(const proto::Frame& frame) {
       close(ping.error().code, ping.error().detail);
     }
   } else {
-    // Whoever asks has usually taken what came before: a slot may be free.
-    context_.dispatcher.progress(key_);
+    context_.dispatcher.heard(key_);
     co_await requests_.on_frame(type, frame.body);
   }
   co_return !closed_;
