@@ -44,7 +44,7 @@ po::options_description file_options() {
       ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                 //
       ("rule", text("NAME"), "distribution rule (fifo)")                                              //
       ("slots", text("N"), "transfers that run at the same time (1)")                                 //
-      ("max-sessions", text("N"), "sessions at the same time (9000) ")                                //
+      ("max-sessions", text("N"), "sessions at the same time (9000)")                                 //
       ("max-sessions-per-address", text("N"), "of these, from one IPv4 address or IPv6 /64 (256)")    //
       ("hello-timeout", text("SECONDS"), "for the first frame of a connection (10)")                  //
       ("join-timeout", text("SECONDS"), "for the data channel of a session (30)")                     //

@@ -8,6 +8,7 @@
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -75,12 +76,17 @@ std::size_t sessions_that_fit(std::size_t wanted) {
 }
 
 /// Waits for a signal, ends the server in order, and stops the loop. A second signal ends the process at once.
-net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& io, bool& in_order) {
+net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& io, net::Duration longest,
+                                   bool& in_order) {
   net::asio::basic_signal_set<net::Executor> signals(io, SIGTERM, SIGINT);
   net::error_code ignored;
   const int signal = co_await signals.async_wait(net::resume_with(ignored));
   spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
-  sd_notify(0, "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins");
+  // However long the drain may take, systemd is to wait for it.
+  const std::string stopping =
+      "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins\nEXTEND_TIMEOUT_USEC=" +
+      std::to_string(std::chrono::ceil<std::chrono::microseconds>(longest).count());
+  sd_notify(0, stopping.c_str());
   signals.async_wait([](const net::error_code& error, int) {
     if (error) return;
     spdlog::warn("a second signal: ending at once");
@@ -132,6 +138,10 @@ int serve(const Config& config) {
   options.limits.grace = config.grace_time;
   options.limits.cache_bytes = config.cache_bytes;
 
+  // For running transfers, then for what lingers or is being committed, and a margin.
+  const net::Duration longest_end =
+      2 * options.limits.drain + options.limits.linger + net::Duration(std::chrono::seconds(5));
+
   net::asio::io_context io(1);
   // The writer first: it makes the tables that the reader expects.
   const auto writer = open_database(config.database);
@@ -141,7 +151,7 @@ int serve(const Config& config) {
   net::Server server(io, *reader, *writer, scheduler::Scheduler(scheduler::make_rule(config.rule), config.slots),
                      std::move(options));
   bool in_order = false;
-  net::asio::co_spawn(io, end_on_signal(server, io, in_order), net::asio::detached);
+  net::asio::co_spawn(io, end_on_signal(server, io, longest_end, in_order), net::asio::detached);
   if (const auto error = server.start()) {
     spdlog::critical("{}", *error);
     return kFailed;

@@ -65,12 +65,19 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std
 }
 
 awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find(std::string name) {
+  if (const auto known = names_.find(name); known != names_.end()) {
+    if (const auto mesh = meshes_.find(known->second); mesh != meshes_.end()) co_return mesh->second.lock();
+  }
   while (true) {
+    const std::uint64_t version = version_;
     auto work = [name](store::MeshStore& store) { return store.find(name); };
     auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
     if (!found) co_return found.error();
     // If it was replaced or removed while the answer was on its way, the name means something else by now.
-    if (!collector_.is_retired(found.value().summary.id)) co_return shared(std::move(found).value());
+    if (collector_.is_retired(found.value().summary.id)) continue;
+    auto mesh = shared(std::move(found).value());
+    if (version == version_) names_[name] = mesh->mesh.summary.id;
+    co_return mesh;
   }
 }
 
@@ -170,6 +177,7 @@ CacheStatus Catalog::cache_status() const {
 void Catalog::changed() {
   ++version_;
   first_page_.reset();
+  names_.clear();
 }
 
 void Catalog::retire(store::MeshId mesh) {
@@ -201,6 +209,7 @@ std::shared_ptr<const CatalogMesh> Catalog::shared(store::Mesh mesh) {
 }
 
 void Catalog::released(store::MeshId mesh) {
+  std::erase_if(names_, [mesh](const auto& entry) { return entry.second == mesh; });
   meshes_.erase(mesh);
   collector_.released(mesh);
 }

@@ -102,6 +102,7 @@ class Catalog final : public MeshSource {
   std::shared_ptr<ListOnReader> list_;
   SharedBytes first_page_;  ///< of the whole list of this version, once somebody asked
   std::map<store::MeshId, std::weak_ptr<const CatalogMesh>> meshes_;
+  std::map<std::string, store::MeshId> names_;  ///< of this version, of meshes that somebody holds
   std::function<void(store::MeshId, Duration)> on_retired_;
   /// A mesh that is let go finds the catalog through this, if it is still there.
   std::shared_ptr<Catalog*> self_ = std::make_shared<Catalog*>(this);

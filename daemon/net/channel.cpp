@@ -178,8 +178,9 @@ awaitable<void> Channel::finish() {
   Timer deadline(socket_.get_executor(), limits_.linger);
   deadline.async_wait([self](const error_code& error) {
     if (error) return;
-    // Not even the kernel took all of it: what it holds would stay there until it gives up, minutes later.
-    self->queue_.empty() ? self->abort() : self->reset();
+    // Little may still reach a peer far away; much would stay in the kernel until it gives up, minutes later.
+    const std::uint64_t owed = self->queued_position() - self->acknowledged_position();
+    owed > self->limits_.queued_bytes ? self->reset() : self->abort();
   });
   while (is_open() && !queue_.empty()) co_await progress_.wait_until();
   error_code error;

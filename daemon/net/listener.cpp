@@ -82,6 +82,10 @@ awaitable<void> AcceptTrouble::pause(const error_code& error) {
   co_await sleep_for(executor_, std::chrono::milliseconds(100));
 }
 
+void AcceptTrouble::not_served(const std::exception& failure) const {
+  spdlog::error("{}: a connection could not be served: {}", name_, failure.what());
+}
+
 void AcceptTrouble::over() {
   if (in_a_row_ > 0) spdlog::info("{}: accepting again after {} failed tries", name_, in_a_row_);
   in_a_row_ = 0;

@@ -6,6 +6,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <string>
@@ -39,6 +40,7 @@ class AcceptTrouble {
   AcceptTrouble(Executor executor, const char* name) : executor_(std::move(executor)), name_(name) {}
   awaitable<void> pause(const error_code& error);
   void over();
+  void not_served(const std::exception& failure) const;
 
  private:
   Executor executor_;
@@ -58,7 +60,11 @@ awaitable<void> accept_loop(Acceptor& acceptor, const char* name, Serve serve) {
       continue;
     }
     trouble.over();
-    serve(std::move(socket));
+    try {
+      serve(std::move(socket));
+    } catch (const std::exception& failure) {
+      trouble.not_served(failure);  // out of memory, most likely: that connection is gone, the next may fare better
+    }
   }
 }
 

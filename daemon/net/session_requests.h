@@ -23,12 +23,11 @@ namespace pmcd::net {
 
 class SessionRequests {
  public:
-  /// REQUIRES: all of them outlive this object, which belongs to `session`.
+  /// REQUIRES: all but `limits` outlive this object, which belongs to `session`.
   SessionRequests(Session& session, MeshSource& meshes, Dispatcher& dispatcher, const Limits& limits)
       : session_(session),
         source_(meshes),
         dispatcher_(dispatcher),
-        limits_(limits),
         meshes_(limits.meshes_per_session) {}
   SessionRequests(const SessionRequests&) = delete;
   SessionRequests& operator=(const SessionRequests&) = delete;
@@ -76,7 +75,6 @@ class SessionRequests {
   Session& session_;
   MeshSource& source_;
   Dispatcher& dispatcher_;
-  const Limits& limits_;
   proto::OpenRequests open_;
   OpenMeshes meshes_;
   std::map<std::uint32_t, scheduler::RequestKey> lists_;  ///< mesh lists that are with the dispatcher, by id

@@ -184,7 +184,8 @@ TEST_F(ProcessTest, TellsSystemd) {
                      }());
   EXPECT_EQ(daemon.log().substr(0, 3), "<6>") << "priorities for the journal instead of times";
   daemon.signal(SIGTERM);
-  EXPECT_EQ(message(), "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins");
+  EXPECT_EQ(message(),
+            "STOPPING=1\nSTATUS=draining: running transfers may end, nothing new begins\nEXTEND_TIMEOUT_USEC=16000000");
   EXPECT_EQ(daemon.wait(), 0);
   ::close(notify);
 }
