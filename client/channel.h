@@ -37,6 +37,8 @@ class Channel {
   void send_last(const proto::Bytes& bytes);
   void close();
   [[nodiscard]] bool ended() const { return ended_; }
+  /// What has come of a frame that is not whole, header included.
+  [[nodiscard]] proto::ByteView unfinished() const { return reader_.unfinished(); }
 
  private:
   void read();

@@ -24,6 +24,12 @@ const char* failure_name(Failure failure) {
       return "lost";
     case Failure::no_such_handle:
       return "no_such_handle";
+    case Failure::no_such_level:
+      return "no_such_level";
+    case Failure::bad_state:
+      return "bad_state";
+    case Failure::cancelled:
+      return "cancelled";
   }
   return "violation";
 }

@@ -21,6 +21,9 @@ enum class Failure : std::uint8_t {
   timed_out,       ///< nothing came for as long as the options allow
   lost,            ///< a connection broke
   no_such_handle,  ///< the handle was not given out by this Session
+  no_such_level,   ///< the mesh does not have the level that was asked for
+  bad_state,       ///< the state to go on from contradicts itself
+  cancelled,       ///< the caller asked to stop
 };
 
 /// The stable name, for instance "cannot_reach". Never null.

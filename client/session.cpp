@@ -2,34 +2,20 @@
 // The calls of a Session: each sends a request, waits for its end, and checks what came.
 #include "client/session.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "client/failed_transfer.h"
+#include "client/packet_check.h"
 #include "client/session_core.h"
-#include "codec/packet/header.h"
 
 namespace pmcd::client {
 
 namespace {
 
-Error failed_transfer(const proto::TransferEnd& end) {
-  if (end.result == proto::TransferResult::failed) {
-    const proto::CodeInfo* info = proto::find_code(static_cast<std::uint16_t>(end.code));
-    return {Failure::refused, end.code,
-            "the server could not finish the transfer (" + std::string(proto::code_name(end.code)) + ")" +
-                (info == nullptr ? std::string{} : ": " + std::string(info->sentence))};
-  }
-  return {Failure::violation, proto::ErrorCode::none,
-          std::string("the server broke the protocol: a transfer ended as ") + proto::result_name(end.result)};
-}
-
-/// Whether the bytes are the packet that the directory announces as number `number`; else what is wrong.
-std::optional<std::string> check(const OpenedMesh& mesh, std::uint32_t number, proto::ByteView bytes) {
-  const auto header = codec::check_packet(bytes);
-  if (!header) return header.error().detail;
-  if (header->level != number) return "it is of level " + std::to_string(header->level);
-  if (header->generation != mesh.generation) return "it is of another generation";
-  if (header->crc32c != mesh.directory.levels[number].crc32c) return "its checksum is not the directory's";
-  return std::nullopt;
+/// Whether the mesh has the packet, and more of it than was begun.
+bool in_range(const codec::Directory& directory, std::uint32_t packet, std::size_t begun) {
+  return packet < directory.levels.size() && begun < directory.levels[packet].bytes;
 }
 
 }  // namespace
@@ -63,113 +49,134 @@ Result<Session> Session::connect(const Address& address, const Options& options)
   return Session(std::move(core));
 }
 
-Result<proto::MeshPage> Session::list_page(const std::string& filter, const std::string& after, std::uint16_t most) {
-  const auto id = core_->start_request(proto::kMaxMeshPageBytes, false);
-  if (!id) return id.error();
-  core_->transfer(*id)->expect(0, 0, std::nullopt);
-  core_->send_request(proto::encode(proto::GetMeshList{*id, filter, after, most}));
-  const auto ended = [&] {
-    const Transfer* transfer = core_->transfer(*id);
-    return transfer == nullptr || transfer->ended();
-  };
-  if (auto error = core_->wait(ended)) return *error;
-  if (auto refusal = core_->take_refusal(*id)) return *refusal;
-  const proto::TransferEnd end = core_->transfer(*id)->end();
-  const proto::Bytes bytes = core_->transfer(*id)->take_bytes();
-  core_->drop(*id);
-  if (end.result == proto::TransferResult::failed) return failed_transfer(end);
-  if (end.result != proto::TransferResult::complete) return core_->fail(failed_transfer(end));
-  auto page = proto::decode_mesh_page(bytes);
-  if (!page) {
-    return core_->fail(
-        {Failure::violation, proto::ErrorCode::none, "the server broke the protocol: " + page.error().detail});
-  }
-  return std::move(page).value();
-}
-
-Result<std::vector<proto::MeshListEntry>> Session::list(const std::string& filter) {
-  std::vector<proto::MeshListEntry> entries;
-  for (std::string after;;) {
-    auto page = list_page(filter, after, 0);
-    if (!page) return page.error();
-    const bool last = page->remaining == 0;
-    if (!last && page->entries.empty()) {
-      return core_->fail({Failure::violation, proto::ErrorCode::none,
-                          "the server broke the protocol: an empty page of the mesh list that is not the last"});
-    }
-    for (proto::MeshListEntry& entry : page->entries) {
-      if (!after.empty() && entry.name <= after) {
-        return core_->fail({Failure::violation, proto::ErrorCode::none,
-                            "the server broke the protocol: a page of the mesh list goes back"});
-      }
-      entries.push_back(std::move(entry));
-    }
-    if (last) return entries;
-    after = entries.back().name;
-  }
-}
-
 Result<OpenedMesh> Session::open(const std::string& name) {
-  const auto id = core_->start_request(core_->options().max_packet_bytes, true);
+  const auto id = core_->start_request(core_->options().max_packet_bytes);
   if (!id) return id.error();
+  core_->expect_opened(*id, 0);
   core_->send_request(proto::encode(proto::GetBaseMesh{*id, name}));
   if (auto error = core_->wait([&] { return core_->has_opened(*id) || core_->has_refusal(*id); })) return *error;
   auto opened = core_->take_opened(*id);
   if (!opened) return *core_->take_refusal(*id);
-  auto& mesh = core_->meshes()[opened->handle];
-  if (mesh.base_id) core_->drop(*mesh.base_id);
-  mesh = {*opened, 0, *id};
+  Core::Mesh& mesh = core_->meshes()[opened->handle];
+  if (mesh.asked) core_->drop(*mesh.asked);
+  mesh = {*opened, 0, *id, {}};
   return std::move(*opened);
 }
 
-Result<std::optional<Packet>> Session::next_packet(std::uint32_t handle, const OnProgress& on_progress) {
+Result<OpenedMesh> Session::resume(std::uint64_t generation, std::uint32_t packet, proto::Bytes begun) {
   if (core_->failure()) return *core_->failure();
+  const auto known = std::find_if(core_->meshes().begin(), core_->meshes().end(),
+                                  [&](const auto& entry) { return entry.second.opened.generation == generation; });
+  const bool is_known = known != core_->meshes().end();
+  const std::size_t offset = begun.size();
+  if (is_known && !in_range(known->second.opened.directory, packet, offset)) {
+    return Error{Failure::refused, proto::ErrorCode::bad_range,
+                 "the mesh has no byte " + std::to_string(offset) + " of packet " + std::to_string(packet)};
+  }
+  const auto id = core_->start_request(core_->options().max_packet_bytes, std::move(begun));
+  if (!id) return id.error();
+  if (is_known) {
+    Core::Mesh& mesh = known->second;
+    if (mesh.asked) core_->drop(*mesh.asked);
+    core_->transfer(*id)->expect(mesh.opened.handle, packet, mesh.opened.directory.levels[packet].bytes);
+    core_->send_request(proto::encode(proto::GetPacket{*id, generation, packet, offset}));
+    mesh.place = packet;
+    mesh.asked = *id;
+    mesh.begun = {};
+    return mesh.opened;
+  }
+  core_->expect_opened(*id, packet);
+  core_->send_request(proto::encode(proto::GetPacket{*id, generation, packet, offset}));
+  if (auto error = core_->wait([&] { return core_->has_opened(*id) || core_->has_refusal(*id); })) {
+    core_->meshes()[0].asked = *id;  // no mesh has handle 0: for take_partial
+    return *error;
+  }
+  auto opened = core_->take_opened(*id);
+  if (!opened) return *core_->take_refusal(*id);
+  if (opened->generation != generation) {
+    return core_->fail({Failure::violation, proto::ErrorCode::none,
+                        "the server broke the protocol: it opened another generation than the one asked for"});
+  }
+  core_->meshes()[opened->handle] = {*opened, packet, *id, {}};
+  return std::move(*opened);
+}
+
+Result<std::optional<Packet>> Session::next_packet(std::uint32_t handle, const OnProgress& on_progress,
+                                                   const std::stop_token& cancel) {
   const auto found = core_->meshes().find(handle);
-  if (found == core_->meshes().end()) {
+  // What came before the session ended is still told, and given if it is whole.
+  if (core_->failure() && (handle == 0 || found == core_->meshes().end() || !found->second.asked)) {
+    return *core_->failure();
+  }
+  if (found == core_->meshes().end() || handle == 0) {
     return Error{Failure::no_such_handle, proto::ErrorCode::none,
                  "handle " + std::to_string(handle) + " was not given out in this session"};
   }
   Core::Mesh& mesh = found->second;
-  const std::vector<codec::LevelEntry>& levels = mesh.opened.directory.levels;
-  const bool all_given_out = mesh.place == levels.size();
+  const auto asked = core_->ask_for_next(mesh);
+  if (!asked) return asked.error();
+  const std::uint32_t id = *asked;
+  const bool all_given_out = mesh.place == mesh.opened.directory.levels.size();
 
-  std::uint32_t id = 0;
-  if (mesh.base_id) {
-    id = *std::exchange(mesh.base_id, std::nullopt);
-  } else {
-    const auto started = core_->start_request(core_->options().max_packet_bytes, false);
-    if (!started) return started.error();
-    id = *started;
-    // Behind the last packet nothing may come: no packet has 0 bytes.
-    core_->transfer(id)->expect(handle, mesh.place, all_given_out ? 0 : levels[mesh.place].bytes);
-    core_->send_request(proto::encode(proto::GetNextPacket{id, handle}));
-  }
-
-  std::uint64_t told = 0;
-  const auto ended = [&] {
+  std::uint64_t told = core_->transfer(id) == nullptr ? 0 : core_->transfer(id)->begun();
+  bool unwanted = false;
+  const auto look = [&] {
     const Transfer* transfer = core_->transfer(id);
     if (transfer == nullptr) return true;
     if (on_progress && transfer->received() != told) {
+      const proto::ByteView fresh = transfer->bytes().subspan(static_cast<std::size_t>(told));
       told = transfer->received();
-      on_progress({mesh.place, told, transfer->total()});
+      if (!on_progress({mesh.place, told, transfer->total(), fresh})) unwanted = true;
     }
+    if (cancel.stop_requested()) unwanted = true;
     return transfer->ended();
   };
-  if (auto error = core_->wait(ended)) return *error;
+  {
+    const std::stop_callback wake(cancel, [this] { core_->wake(); });
+    bool cancelled = false;
+    std::optional<Error> error = core_->wait([&] { return look() || unwanted; });
+    if (!error && unwanted && !look()) {
+      cancelled = true;
+      core_->send_request(proto::encode(proto::Cancel{id}));
+      error = core_->wait(look, core_->options().silence_timeout);
+    }
+    if (error) {
+      look();  // what the end of the line still brought
+      return *error;
+    }
+    unwanted = cancelled;
+  }
+
+  mesh.asked.reset();
   if (auto refusal = core_->take_refusal(id)) return *refusal;
   const proto::TransferEnd end = core_->transfer(id)->end();
-  Packet packet{mesh.place, core_->transfer(id)->take_bytes()};
+  proto::Bytes bytes = core_->transfer(id)->take_bytes();
   core_->drop(id);
 
   if (end.result == proto::TransferResult::failed) return failed_transfer(end);
   if (end.result == proto::TransferResult::end_of_mesh && all_given_out) return std::optional<Packet>{};
+  if (end.result == proto::TransferResult::cancelled && unwanted) {
+    mesh.begun = std::move(bytes);
+    return Error{Failure::cancelled, proto::ErrorCode::none,
+                 "packet " + std::to_string(mesh.place) + " was cancelled as asked"};
+  }
   if (end.result != proto::TransferResult::complete) return core_->fail(failed_transfer(end));
-  if (const auto wrong = check(mesh.opened, mesh.place, packet.bytes)) {
+  if (const auto wrong = wrong_with_packet(mesh.opened.directory, mesh.place, bytes)) {
     return core_->fail({Failure::damaged, proto::ErrorCode::none,
                         "packet " + std::to_string(mesh.place) + " came damaged: " + *wrong});
   }
-  ++mesh.place;
-  return std::optional<Packet>(std::move(packet));
+  return std::optional<Packet>(Packet{mesh.place++, std::move(bytes)});
+}
+
+proto::Bytes Session::take_partial(std::uint32_t handle) {
+  const auto found = core_->meshes().find(handle);
+  if (found == core_->meshes().end()) return {};
+  Core::Mesh& mesh = found->second;
+  if (mesh.asked && core_->failure()) {
+    Transfer* transfer = core_->transfer(*mesh.asked);
+    return transfer == nullptr ? proto::Bytes{} : transfer->take_bytes();
+  }
+  return std::exchange(mesh.begun, {});
 }
 
 Result<std::chrono::microseconds> Session::ping() {

@@ -51,6 +51,7 @@ std::optional<Error> Transfer::take(const proto::ChunkView& chunk) {
     return violation("a chunk begins at byte " + std::to_string(header.offset) + ", expected was " +
                      std::to_string(received_));
   }
+  started_ = true;
   received_ += chunk.bytes.size();
   if (!discarded_) bytes_.insert(bytes_.end(), chunk.bytes.begin(), chunk.bytes.end());
   return check_expected();

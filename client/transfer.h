@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "client/result.h"
 #include "proto/messages.h"
@@ -13,8 +14,10 @@ namespace pmcd::client {
 
 class Transfer {
  public:
-  /// `max_bytes`: the largest total that is accepted.
-  Transfer(std::uint32_t id, std::uint64_t max_bytes) : id_(id), max_bytes_(max_bytes) {}
+  /// `max_bytes`: the largest total that is accepted. `begun`: the bytes that are there already, the chunks follow
+  /// them.
+  Transfer(std::uint32_t id, std::uint64_t max_bytes, proto::Bytes begun = {})
+      : id_(id), max_bytes_(max_bytes), begun_(begun.size()), received_(begun.size()), bytes_(std::move(begun)) {}
 
   /// Says beforehand what the chunks must name. A base mesh learns its handle only when the server opens it, which may
   /// be after its first chunk: then this checks what has come. An error if it does not fit.
@@ -31,13 +34,15 @@ class Transfer {
   void discard();
 
   [[nodiscard]] std::uint32_t id() const { return id_; }
-  [[nodiscard]] bool started() const { return received_ > 0; }
+  [[nodiscard]] bool started() const { return started_; }  ///< a chunk has come
   [[nodiscard]] bool ended() const { return end_.has_value(); }
   [[nodiscard]] bool discarded() const { return discarded_; }
-  [[nodiscard]] std::uint64_t received() const { return received_; }
-  [[nodiscard]] std::uint64_t total() const { return total_; }  ///< 0 before the first chunk
+  [[nodiscard]] std::uint64_t begun() const { return begun_; }        ///< bytes that were there before the first chunk
+  [[nodiscard]] std::uint64_t received() const { return received_; }  ///< the begun bytes included
+  [[nodiscard]] std::uint64_t total() const { return total_; }        ///< 0 before the first chunk
   /// REQUIRES: ended().
   [[nodiscard]] const proto::TransferEnd& end() const { return *end_; }
+  [[nodiscard]] proto::ByteView bytes() const { return bytes_; }
   proto::Bytes take_bytes() { return std::move(bytes_); }
 
  private:
@@ -54,7 +59,9 @@ class Transfer {
   std::uint32_t handle_ = 0;
   std::uint32_t packet_ = 0;
   std::uint64_t total_ = 0;
-  std::uint64_t received_ = 0;
+  std::uint64_t begun_;
+  std::uint64_t received_;
+  bool started_ = false;
   bool discarded_ = false;
   proto::Bytes bytes_;
   std::optional<proto::TransferEnd> end_;

@@ -12,7 +12,14 @@ function(pmcd_room target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
   if(PMCD_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${PMCD_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    # clang 14 cannot assemble coroutines with this part of `undefined`.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-fno-sanitize=function>)
     target_link_options(${target} PUBLIC -fsanitize=${PMCD_SANITIZE})
+  endif()
+  if(PMCD_FUZZ)
+    # Coverage that libFuzzer is guided by; only the programs of tests/fuzz link the fuzzer itself.
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+    target_link_options(${target} PUBLIC -fsanitize=fuzzer-no-link)
   endif()
 endfunction()
 

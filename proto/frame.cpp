@@ -123,6 +123,10 @@ bool FrameReader::mid_frame() const {
   return !taken_ && !buffer_.empty();
 }
 
+ByteView FrameReader::unfinished() const {
+  return taken_ ? ByteView{} : ByteView(buffer_);
+}
+
 Bytes make_frame(FrameType type, ByteView body) {
   ByteWriter writer;
   writer.reserve(kFrameHeaderBytes + body.size());

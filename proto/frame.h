@@ -89,6 +89,10 @@ class FrameReader {
   /// True when some but not all bytes of a frame have come: the stream must not end here.
   [[nodiscard]] bool mid_frame() const;
 
+  /// The bytes of a frame that is not whole yet, its length and type included; empty between frames. So a receiver can
+  /// save what a lost line brought of a long frame. Valid until the next call of next().
+  [[nodiscard]] ByteView unfinished() const;
+
  private:
   std::uint32_t max_length_;
   Bytes buffer_;

@@ -13,6 +13,7 @@ inline constexpr int kExitNo = 1;        ///< the answer is no (compare)
 inline constexpr int kExitUsage = 2;     ///< options that make no sense
 inline constexpr int kExitBadInput = 3;  ///< a file that cannot be read, understood or written
 inline constexpr int kExitRefused = 4;   ///< a server that cannot be reached or that refuses
+inline constexpr int kExitSignal = 128;  ///< plus the number of the signal that ended it
 
 /// Each adds its subcommand to `app`; when the user asks for it, it runs while `app` parses and sets `exit_code`, which
 /// must live as long as `app`.

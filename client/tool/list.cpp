@@ -10,6 +10,7 @@
 
 #include "client/session.h"
 #include "client/tool/commands.h"
+#include "proto/text.h"
 
 namespace pmcd::tool {
 
@@ -17,6 +18,7 @@ namespace {
 
 struct ListOptions {
   std::string server;
+  std::string filter;
   bool json = false;
 };
 
@@ -78,7 +80,8 @@ int run(const ListOptions& options) {
   client::Options session_options;
   session_options.agent = "pmctool list";
   auto session = client::Session::connect(*address, session_options);
-  const auto meshes = session ? session->list() : client::Result<std::vector<proto::MeshListEntry>>(session.error());
+  const auto meshes =
+      session ? session->list(options.filter) : client::Result<std::vector<proto::MeshListEntry>>(session.error());
   if (!meshes) {
     std::cerr << "pmctool list: " << meshes.error().text << '\n';
     return kExitRefused;
@@ -97,7 +100,17 @@ void add_list(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("list", "Show the meshes of a server");
   const auto options = std::make_shared<ListOptions>();
   command->add_option("server", options->server, "HOST[:PORT]; an IPv6 address in brackets")->required();
+  command
+      ->add_option("--filter", options->filter,
+                   "Only meshes whose names contain this; upper and lower case of A to Z are the same")
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            return text.size() <= proto::kMaxNameBytes ? "" : "no name is longer than 128 bytes";
+          },
+          ""))
+      ->type_name("TEXT");
   command->add_flag("--json", options->json, "Print JSON");
+  command->footer("\nExamples:\n  pmctool list localhost\n  pmctool list --filter bunny --json [::1]:7621\n");
   command->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

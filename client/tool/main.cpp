@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
     app.footer(
         "\nExamples:\n  pmctool encode bunny.ply bunny.pmcd\n  pmctool info bunny.pmcd\n"
         "  pmctool fetch localhost bunny bunny.ply\n\nExit codes: 0 done, 1 the answer is no (compare), 2 usage, 3 bad "
-        "input, 4 cannot reach or refused.\n\"pmctool COMMAND --help\" tells more about a command.");
+        "input, 4 cannot reach or refused, 128 + N ended by signal N.\n\"pmctool COMMAND --help\" tells more about a "
+        "command.");
     int exit_code = pmcd::tool::kExitDone;
     for (const AddCommand add : kCommands) add(app, exit_code);
     try {

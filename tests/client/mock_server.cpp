@@ -175,14 +175,37 @@ MockServer::Peer MockServer::accept_session(std::uint8_t max_open_requests) {
   return {std::move(request), std::move(data)};
 }
 
-void MockServer::send_packet(Peer& peer, std::uint32_t id, const MockMesh& mesh, std::uint32_t number,
-                             std::uint32_t handle) {
+void MockServer::send_part(Peer& peer, std::uint32_t id, const MockMesh& mesh, std::uint32_t number, std::size_t from,
+                           std::size_t to, std::uint32_t handle) {
   const proto::ByteView packet = mesh.packets.at(number);
-  for (std::size_t at = 0; at < packet.size(); at += 100) {
+  for (std::size_t at = from; at < to; at += 100) {
     peer.data.send_chunk({id, handle, number, at, packet.size()},
-                         packet.subspan(at, std::min<std::size_t>(100, packet.size() - at)));
+                         packet.subspan(at, std::min<std::size_t>(100, to - at)));
   }
+}
+
+void MockServer::send_packet(Peer& peer, std::uint32_t id, const MockMesh& mesh, std::uint32_t number,
+                             std::uint32_t handle, std::size_t from) {
+  send_part(peer, id, mesh, number, from, mesh.packets.at(number).size(), handle);
   peer.data.send(proto::TransferEnd{id, proto::TransferResult::complete, proto::ErrorCode::none});
+}
+
+std::uint32_t MockServer::expect_get_packet(Peer& peer, const MockMesh& mesh, std::uint32_t number,
+                                            std::uint64_t offset) {
+  const auto request = peer.request.expect<proto::GetPacket>();
+  if (request != proto::GetPacket{request.id, mesh.generation, number, offset}) {
+    throw std::runtime_error("the client asked for packet " + std::to_string(request.packet) + " from byte " +
+                             std::to_string(request.offset) + ", expected was packet " + std::to_string(number) +
+                             " from byte " + std::to_string(offset));
+  }
+  return request.id;
+}
+
+void MockServer::serve_rest(Peer& peer, const MockMesh& mesh, std::uint32_t number, std::uint64_t offset, bool opens,
+                            std::uint32_t handle) {
+  const std::uint32_t id = expect_get_packet(peer, mesh, number, offset);
+  if (opens) peer.request.send(proto::MeshOpened{id, handle, mesh.generation, mesh.directory});
+  send_packet(peer, id, mesh, number, handle, static_cast<std::size_t>(offset));
 }
 
 std::uint32_t MockServer::serve_base(Peer& peer, const MockMesh& mesh, std::uint32_t handle) {

@@ -122,8 +122,17 @@ class MockServer {
   static std::uint32_t serve_base(Peer& peer, const MockMesh& mesh, std::uint32_t handle = 1);
   /// get_next_packet answered with packet `number`.
   static void serve_next(Peer& peer, const MockMesh& mesh, std::uint32_t number, std::uint32_t handle = 1);
+  /// get_packet, which must be for this packet and offset, answered by mesh_opened (if `opens`) and the rest of it.
+  static void serve_rest(Peer& peer, const MockMesh& mesh, std::uint32_t number, std::uint64_t offset,
+                         bool opens = true, std::uint32_t handle = 1);
+  /// The next frame, which must be such a get_packet; its id.
+  static std::uint32_t expect_get_packet(Peer& peer, const MockMesh& mesh, std::uint32_t number, std::uint64_t offset);
+  /// From byte `from` on, and the end.
   static void send_packet(Peer& peer, std::uint32_t id, const MockMesh& mesh, std::uint32_t number,
-                          std::uint32_t handle = 1);
+                          std::uint32_t handle = 1, std::size_t from = 0);
+  /// The bytes from `from` to `to` only, in chunks of 100 bytes.
+  static void send_part(Peer& peer, std::uint32_t id, const MockMesh& mesh, std::uint32_t number, std::size_t from,
+                        std::size_t to, std::uint32_t handle = 1);
 
  private:
   Socket request_listener_ = Socket::listen();

@@ -49,6 +49,7 @@ TEST(Session, FetchesAMeshPacketByPacket) {
         EXPECT_EQ(progress.packet, k);
         EXPECT_EQ(progress.total, mesh.packets[k].size());
         seen.push_back(progress.received);
+        return true;
       });
       ASSERT_TRUE(packet.ok()) << packet.error().text;
       ASSERT_TRUE(packet->has_value());

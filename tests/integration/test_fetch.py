@@ -63,6 +63,22 @@ class Fetch(house.HouseTest):
         self.assert_same_mesh(snapped, fetched)
         self.tool("compare", original, fetched, code=house.NO)
 
+    def test_list_with_a_filter(self):
+        daemon = self.start_daemon()
+        sheet = house.write_ply(self.folder / "sheet.ply", house.sheet(4, 3))
+        for name in ("Bunny", "bunny-small", "torus"):
+            self.ingest(daemon, sheet, "--name", name)
+
+        def listed(text):
+            return [mesh["name"] for mesh in self.json_of("list", daemon.address, "--filter", text)["meshes"]]
+
+        self.assertEqual(listed("BUNNY"), ["Bunny", "bunny-small"])
+        self.assertEqual(listed("small"), ["bunny-small"])
+        self.assertEqual(listed("dragon"), [])
+        self.assertEqual(listed(""), ["Bunny", "bunny-small", "torus"])
+        self.assertNotIn("torus", self.tool("list", daemon.address, "--filter", "un").stdout)
+        self.assert_complains(self.tool("list", daemon.address, "--filter", "x" * 129, code=house.USAGE), "128")
+
     def test_every_format_in_and_out(self):
         mesh = house.torus(20, 12)
         ply = house.write_ply(self.folder / "torus.ply", mesh)

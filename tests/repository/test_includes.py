@@ -46,6 +46,7 @@ _ROOMS = [
     Room("client/tool", own=("client/", "codec/", "proto/"), foreign=("",)),
     Room("client", own=("client/", "codec/", "proto/"), not_own=("client/tool/", "codec/import/"), foreign=("",)),
     Room("admin-cli", own=("admin-cli/", "client/", "codec/", "proto/"), not_own=("client/tool/",), foreign=("",)),
+    Room("examples", own=(), foreign=("",)),  # a stranger's programs: nothing but what is installed
     Room("sim", own=("sim/", "daemon/scheduler/"), foreign=("",)),
     Room("bench", own=("",), not_own=("tests/",), foreign=("",)),
     Room("tests", own=("",), not_own=("bench/",), foreign=("",), may_use_cgal=True),

@@ -19,6 +19,7 @@ _ROOMS = [
     ("proto", ("MIT",)),
     ("client/tool", ("GPL-3.0-or-later",)),
     ("client", ("MIT",)),
+    ("examples", ("MIT",)),
     ("web", ("MIT",)),
     ("daemon", ("MIT",)),
     ("sim", ("MIT",)),
