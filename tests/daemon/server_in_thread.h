@@ -67,6 +67,9 @@ class ServerInThread {
   [[nodiscard]] std::uint16_t data_port() const { return data_port_; }
   [[nodiscard]] std::string database() const { return folder_.file("meshes.db"); }
   [[nodiscard]] std::string admin_socket() const { return folder_.file("admin.sock"); }
+  /// The threads of the database.
+  [[nodiscard]] store::StoreThread& reader() { return *reader_; }
+  [[nodiscard]] store::StoreThread& writer() { return *writer_; }
 
  private:
   net::awaitable<void> end(bool& ended) {
