@@ -9,6 +9,7 @@
 #include <exception>
 #include <utility>
 
+#include "daemon/net/on_exit.h"
 #include "daemon/net/session.h"
 #include "proto/messages.h"
 
@@ -115,17 +116,22 @@ void Dispatcher::pump() {
 void Dispatcher::start(Key key) {
   Running& running = running_.at(key);
   Transfer& transfer = running.transfer;
-  if (!transfer.bytes) transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
+  if (transfer.list) {
+    tasks_.spawn("mesh list",
+                 read(key, meshes_.mesh_list(transfer.list->filter, transfer.list->after, transfer.list->most)));
+    return;
+  }
+  transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
   if (transfer.bytes) {
     running.stage = Stage::sending;
     feed(key);
   } else {
-    tasks_.spawn("packet read", read(key, transfer.mesh, transfer.packet));
+    tasks_.spawn("packet read", read(key, meshes_.read_packet(transfer.mesh, transfer.packet)));
   }
 }
 
-awaitable<void> Dispatcher::read(Key key, store::MeshId mesh, std::uint32_t packet) {
-  auto bytes = co_await meshes_.read_packet(mesh, packet);
+awaitable<void> Dispatcher::read(Key key, awaitable<store::Result<SharedBytes>> answer) {
+  auto bytes = co_await std::move(answer);
   const auto it = running_.find(key);
   if (it == running_.end()) co_return;  // cancelled, or the session is gone
   if (bytes) {
@@ -236,6 +242,7 @@ void Dispatcher::release(Key key) {
 }
 
 awaitable<void> Dispatcher::watch() {
+  const OnExit over([this] { watching_ = false; });
   const Duration tick = std::clamp<Duration>(limits_.stall / 8, milliseconds(5), milliseconds(250));
   Clock::time_point judge_at = Clock::now() + tick;
   // It outlasts a short pause between transfers, so that not each of them starts a watch of its own.
@@ -248,7 +255,6 @@ awaitable<void> Dispatcher::watch() {
     judge_at = now + tick;
     judge(now);
   }
-  watching_ = false;
 }
 
 void Dispatcher::hurry() {

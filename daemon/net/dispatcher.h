@@ -78,7 +78,8 @@ class Dispatcher {
   void pump_soon();
   void pump();
   void start(Key key);
-  awaitable<void> read(Key key, store::MeshId mesh, std::uint32_t packet);
+  /// Waits for what the store answers and goes on with it.
+  awaitable<void> read(Key key, awaitable<store::Result<SharedBytes>> answer);
   /// Runs a step of a transfer; an exception ends its session and nothing else.
   template <typename Step>
   void guarded(Key key, Step step);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/net/on_exit.h"
 #include "proto/text.h"
 
 namespace pmcd::net {
@@ -147,19 +148,22 @@ void Server::accept_admin(UnixSocket socket) {
 }
 
 awaitable<void> Server::serve_session(std::shared_ptr<Session> session, AddressTable::Key address) {
+  const OnExit place([this, &session, &address] {
+    session->close(proto::ErrorCode::none, "ended by an exception");  // no effect on one that ended in order
+    sessions_.erase(session->key());
+    session_addresses_.leave(address);
+  });
   co_await session->run(session);
-  sessions_.erase(session->key());
-  session_addresses_.leave(address);
 }
 
 awaitable<void> Server::serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection) {
+  const OnExit place([this, key] { admins_.erase(key); });
   co_await connection->run(connection);
-  admins_.erase(key);
 }
 
 awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address) {
+  const OnExit place([this] { --data_connections_; });
   co_await let_join(std::move(channel), address);
-  --data_connections_;
 }
 
 awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable::Key address) {
@@ -202,13 +206,13 @@ awaitable<void> Server::turn_away(std::shared_ptr<Channel> channel, proto::Error
     co_return;
   }
   ++turned_away_;
-  spdlog::info("connection refused: {}: {}", proto::code_name(code), text);
+  const OnExit place([this] { --turned_away_; });
+  if (context_.log.take()) spdlog::info("connection refused: {}: {}", proto::code_name(code), text);
   proto::ErrorMessage message;
   message.code = code;
   message.text = proto::printable(text, proto::kMaxErrorTextBytes);
   channel->send(proto::encode(message));
   co_await channel->finish();
-  --turned_away_;
 }
 
 awaitable<bool> Server::drain() {

@@ -104,7 +104,7 @@ bool Session::on_hello(const proto::Frame& frame) {
   send(proto::encode(answer));
   state_ = proto::SessionState::greeted;
   deadline_ = Clock::now() + context_.limits.join;
-  spdlog::info("session {} from {}: hello from \"{}\"", key_, peer_, hello.value().agent);
+  if (context_.log.take()) spdlog::info("session {} from {}: hello from \"{}\"", key_, peer_, hello.value().agent);
   return true;
 }
 
@@ -152,8 +152,11 @@ void Session::send_error(std::uint32_t id, ErrorCode code, std::string_view text
 void Session::close(ErrorCode code, std::string_view why) {
   if (closed_) return;
   closed_ = true;
-  spdlog::info("session {} from {}: closed: {}{}{}", key_, peer_, code == ErrorCode::none ? "" : proto::code_name(code),
-               code == ErrorCode::none ? "" : ": ", why);
+  // A client that was dropped because it held up the others is always told of: there cannot be many.
+  if (code == ErrorCode::stalled || context_.log.take()) {
+    spdlog::info("session {} from {}: closed: {}{}{}", key_, peer_,
+                 code == ErrorCode::none ? "" : proto::code_name(code), code == ErrorCode::none ? "" : ": ", why);
+  }
   context_.tokens.revoke(token_);
   if (code != ErrorCode::none) send_error(0, code, why);
   request_channel_->stop_reading();

@@ -14,6 +14,7 @@
 #include "daemon/net/channel.h"
 #include "daemon/net/dispatcher.h"
 #include "daemon/net/join_table.h"
+#include "daemon/net/log_budget.h"
 #include "daemon/net/mesh_source.h"
 #include "daemon/net/session_requests.h"
 #include "proto/session.h"
@@ -29,6 +30,7 @@ struct SessionContext {
   std::uint16_t data_port = 0;
   std::string agent;  ///< name and version of the daemon
   bool draining = false;
+  LogBudget log{};  ///< for what strangers cause by coming and going
 };
 
 class Session : public std::enable_shared_from_this<Session> {

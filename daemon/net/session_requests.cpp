@@ -19,7 +19,7 @@ using proto::FrameType;
 awaitable<void> SessionRequests::on_frame(FrameType type, proto::ByteView body) {
   if (type == FrameType::get_mesh_list) {
     auto message = read<proto::GetMeshList>(body);
-    if (message && admit(message->id)) co_await list_meshes(std::move(*message));
+    if (message && admit(message->id)) list_meshes(std::move(*message));
   } else if (type == FrameType::get_base_mesh) {
     auto message = read<proto::GetBaseMesh>(body);
     if (message && admit(message->id)) co_await open_mesh(std::move(*message));
@@ -54,22 +54,15 @@ bool SessionRequests::admit(std::uint32_t id) {
   return false;
 }
 
-awaitable<void> SessionRequests::list_meshes(proto::GetMeshList message) {
-  const Clock::time_point asked_at = Clock::now();
+void SessionRequests::list_meshes(proto::GetMeshList message) {
+  // How long the page will be shows when it is made; it is short beside most packets.
+  constexpr std::uint64_t kListBytes = 1;
   const std::uint32_t id = message.id;
-  const auto list = co_await source_.mesh_list(std::move(message.filter), std::move(message.after), message.most);
-  if (session_.closed()) co_return;
-  if (!list) {
-    spdlog::error("session {}: mesh list: {}: {}", session_.key(), store::error_name(list.error().code),
-                  list.error().detail);
-    refuse(id, ErrorCode::internal_error, "the mesh list cannot be read at present");
-    co_return;
-  }
   Transfer transfer;
   transfer.session = session_.shared_from_this();
   transfer.id = id;
-  transfer.bytes = list.value();
-  lists_[id] = dispatcher_.enqueue(std::move(transfer), list.value()->size(), asked_at);
+  transfer.list = std::move(message);
+  lists_[id] = dispatcher_.enqueue(std::move(transfer), kListBytes, Clock::now());
 }
 
 awaitable<void> SessionRequests::open_mesh(proto::GetBaseMesh message) {
@@ -157,7 +150,13 @@ void SessionRequests::advance(OpenMeshes::Handle handle) {
     const bool exact = ask.kind == Ask::Kind::exact;
     const std::uint32_t packet = exact ? ask.packet : open.place;
     if (packet < mesh.levels.size()) {
-      Transfer transfer{session_.shared_from_this(), ask.id, handle, packet, ask.offset, mesh.summary.id, nullptr};
+      Transfer transfer;
+      transfer.session = session_.shared_from_this();
+      transfer.id = ask.id;
+      transfer.handle = handle;
+      transfer.packet = packet;
+      transfer.offset = ask.offset;
+      transfer.mesh = mesh.summary.id;
       open.busy = dispatcher_.enqueue(std::move(transfer), mesh.levels[packet].bytes, ask.at);
       return;
     }
@@ -206,6 +205,12 @@ void SessionRequests::over(const Transfer& transfer) {
 }
 
 void SessionRequests::transfer_failed(const Transfer& transfer, const store::Error& error) {
+  if (transfer.list) {
+    spdlog::error("session {}: mesh list: {}: {}", session_.key(), store::error_name(error.code), error.detail);
+    lists_.erase(transfer.id);
+    refuse(transfer.id, ErrorCode::internal_error, "the mesh list cannot be read at present");
+    return;
+  }
   const bool gone = error.code == store::ErrorCode::unknown_mesh;
   const ErrorCode code = gone ? ErrorCode::mesh_changed : ErrorCode::unavailable;
   OpenMesh& open = *meshes_.find(transfer.handle);

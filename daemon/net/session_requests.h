@@ -25,10 +25,7 @@ class SessionRequests {
  public:
   /// REQUIRES: all but `limits` outlive this object, which belongs to `session`.
   SessionRequests(Session& session, MeshSource& meshes, Dispatcher& dispatcher, const Limits& limits)
-      : session_(session),
-        source_(meshes),
-        dispatcher_(dispatcher),
-        meshes_(limits.meshes_per_session) {}
+      : session_(session), source_(meshes), dispatcher_(dispatcher), meshes_(limits.meshes_per_session) {}
   SessionRequests(const SessionRequests&) = delete;
   SessionRequests& operator=(const SessionRequests&) = delete;
 
@@ -50,7 +47,7 @@ class SessionRequests {
   void clear();
 
  private:
-  awaitable<void> list_meshes(proto::GetMeshList message);
+  void list_meshes(proto::GetMeshList message);
   awaitable<void> open_mesh(proto::GetBaseMesh message);
   awaitable<void> get_packet(proto::GetPacket message);
   void next_packet(const proto::GetNextPacket& message);

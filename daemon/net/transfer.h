@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "daemon/net/mesh_source.h"
 #include "daemon/scheduler/request.h"
+#include "proto/messages.h"
 
 namespace pmcd::net {
 
@@ -19,7 +21,10 @@ struct Transfer {
   std::uint32_t packet = 0;
   std::uint64_t offset = 0;  ///< in the packet, of the first byte that is sent
   store::MeshId mesh = 0;
-  SharedBytes bytes;  ///< the whole packet; null: it is read when the transfer starts
+  /// Of a mesh list, which has no handle: what is asked for. Its page is made when its turn comes, so that those who
+  /// wait hold no memory.
+  std::optional<proto::GetMeshList> list;
+  SharedBytes bytes;  ///< the whole packet or page, from when the transfer has started until all of it is queued
 };
 
 }  // namespace pmcd::net

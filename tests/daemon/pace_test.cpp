@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/net/address_table.h"
+#include "daemon/net/log_budget.h"
 
 namespace pmcd::net {
 namespace {
@@ -100,6 +101,16 @@ TEST_F(PaceTest, ALongRoundTripIsNoFault) {
     acknowledged_ += 300;
     EXPECT_EQ(run(250ms, 0, false).first, Verdict::fine);
   }
+}
+
+TEST(LogBudget, BeginsAnewEachSecond) {
+  LogBudget budget(3);
+  const Clock::time_point start{1000s};
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(budget.take(start + i * 100ms));
+  EXPECT_FALSE(budget.take(start + 500ms));
+  EXPECT_FALSE(budget.take(start + 999ms));
+  EXPECT_TRUE(budget.take(start + 1s));
+  EXPECT_TRUE(budget.take(start + 1500ms));
 }
 
 TEST(AddressTable, CountsByAddressAndByNetwork) {
