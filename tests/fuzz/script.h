@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// Reads a fuzzer's bytes as small decisions. Beyond the end everything is 0, so that every input is a whole script.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/fuzz/target.h"
+
+namespace pmcd::fuzz {
+
+class Script {
+ public:
+  explicit Script(Input input) : left_(input) {}
+
+  [[nodiscard]] bool empty() const { return left_.empty(); }
+  std::uint8_t u8() {
+    if (left_.empty()) return 0;
+    const auto value = std::to_integer<std::uint8_t>(left_.front());
+    left_ = left_.subspan(1);
+    return value;
+  }
+  std::uint16_t u16() { return static_cast<std::uint16_t>(u8() | (u8() << 8)); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(u16() | (std::uint32_t{u16()} << 16)); }
+  /// 0 .. count - 1. REQUIRES: 1 <= count <= 256.
+  std::uint8_t below(unsigned count) { return static_cast<std::uint8_t>(u8() % count); }
+  /// At most `count` bytes, as many as there are.
+  Input bytes(std::size_t count) {
+    const Input out = left_.first(std::min(count, left_.size()));
+    left_ = left_.subspan(out.size());
+    return out;
+  }
+  Input rest() { return bytes(left_.size()); }
+
+ private:
+  Input left_;
+};
+
+}  // namespace pmcd::fuzz
