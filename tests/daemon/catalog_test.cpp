@@ -173,7 +173,10 @@ class CatalogTest : public ::testing::Test {
 
   /// A new catalog over the same database.
   void start(const CatalogOptions& options) {
-    catalog_.reset();
+    if (catalog_) {
+      catalog_->stop();
+      EXPECT_TRUE(idle(seconds(10))) << "a task of the catalog before did not end";
+    }
     catalog_ = std::make_unique<Catalog>(tasks_, *reader_, *writer_, options);
     catalog_->on_retired([this](store::MeshId mesh, Duration grace) { told_.emplace_back(mesh, grace); });
   }
@@ -238,9 +241,9 @@ class CatalogTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
+  asio::io_context io_{1};  // before the threads, which post to it to their end
   std::unique_ptr<store::StoreThread> writer_ = store::StoreThread::start(folder_.file("meshes.db")).value();
   std::unique_ptr<store::StoreThread> reader_ = store::StoreThread::start(folder_.file("meshes.db")).value();
-  asio::io_context io_{1};
   TaskGroup tasks_{io_.get_executor()};
   std::unique_ptr<Catalog> catalog_;
   std::vector<std::pair<store::MeshId, Duration>> told_;

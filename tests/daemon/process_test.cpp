@@ -16,6 +16,7 @@
 
 #include "daemon/store/db.h"
 #include "tests/daemon/daemon_process.h"
+#include "tests/daemon/process_state.h"
 #include "tests/daemon/raw_client.h"
 
 namespace pmcd::test {
@@ -201,12 +202,6 @@ long cpu_ticks(pid_t process) {
   fields >> user >> system;
   return user + system;
 }
-
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 TEST_F(ProcessTest, WithoutDescriptorsAcceptDoesNotSpinAndRecovers) {
   if (kSanitized) GTEST_SKIP() << "UBSan's look at an object needs a descriptor, and takes the lack of one for a fault";
