@@ -114,11 +114,12 @@ TEST(Flood, IsBoundedAndTheOthersAreServed) {
 
   for (const Flood& one : floods) {
     RecordProperty(one.what + " sent", static_cast<int>(one.sent));
+    // With sanitizers the daemon may not have come through the flood when the patience of the test is over.
+    if (kSanitized && one.end != Flooded::dropped) continue;
     if (one.end == Flooded::still_there) {
       EXPECT_GE(one.sent, 100'000U) << one.what;
     }
-    // With sanitizers the daemon may not have come through the flood when the patience of the test is over.
-    if (one.expected == Expected::either || (kSanitized && one.end != Flooded::dropped)) continue;
+    if (one.expected == Expected::either) continue;
     EXPECT_EQ(one.end == Flooded::dropped, one.expected == Expected::dropped) << one.what << ", " << one.sent;
   }
   RecordProperty("ms", static_cast<int>(std::chrono::duration_cast<milliseconds>(took).count()));
