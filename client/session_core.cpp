@@ -106,7 +106,7 @@ Result<std::uint32_t> Session::Core::ask_for_next(Mesh& mesh) {
   const OpenedMesh& opened = mesh.opened;
   const std::size_t offset = mesh.begun.size();
   const auto id = start_request(options_.max_packet_bytes);
-  if (!id) return id;
+  if (!id) return id.error();
   *transfer(*id) = Transfer(*id, options_.max_packet_bytes, std::exchange(mesh.begun, {}));
   // Behind the last packet nothing may come: no packet has 0 bytes.
   const std::vector<codec::LevelEntry>& levels = opened.directory.levels;

@@ -28,7 +28,7 @@ struct CacheStatus {
 struct PacketKey {
   store::MeshId mesh = 0;
   std::uint32_t packet = 0;
-  auto operator<=>(const PacketKey&) const = default;
+  auto operator<=>(const PacketKey&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 errs
 };
 
 class PacketCache {
