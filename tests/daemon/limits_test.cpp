@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -178,8 +179,14 @@ TEST_F(LimitsTest, AsManySessionsAsTheDescriptorsAllow) {
   // Data connections that never join take no more descriptors than were set aside, and the operator still gets in.
   std::vector<RawConnection> crowd;
   for (int i = 0; i < 400; ++i) crowd.push_back(connect_from(3, in[0].hello.data_port));
-  std::size_t refused = 0;
-  for (RawConnection& connection : crowd) refused += connection.stirs(milliseconds(0)) ? 1 : 0;
+  // All but the 32 places that are set aside are turned away, sooner or later: what is measured below is the calm
+  // after.
+  const auto turned_away = [&crowd] {
+    return std::count_if(crowd.begin(), crowd.end(), [](RawConnection& one) { return one.stirs(milliseconds(0)); });
+  };
+  const auto deadline = Clock::now() + kPatience;
+  while (turned_away() < 400 - 32 && Clock::now() < deadline) std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_EQ(turned_away(), 400 - 32);
   auto admin = RawAdmin::open(daemon.admin_socket());
   EXPECT_NE(admin.answer(proto::encode(proto::AdminStatus{1})).find("\"sessions\":222"), std::string::npos);
   const long before = cpu_ms(daemon.id());
@@ -194,7 +201,6 @@ TEST_F(LimitsTest, AsManySessionsAsTheDescriptorsAllow) {
   data.clear();
   in.clear();
   EXPECT_EQ(greet_patiently(2, daemon.request_port()).refusal, "");
-  EXPECT_GT(refused, 0U);
 }
 
 }  // namespace
