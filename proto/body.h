@@ -37,6 +37,13 @@ Result<M> finish_versioned(const ByteReader& reader, M message) {
   return finish(reader, std::move(message));
 }
 
+/// The same for a request, whose id must not be 0.
+template <typename M>
+Result<M> finish_request(const ByteReader& reader, M message) {
+  if (!reader.failed() && message.id == 0) return malformed(0, "the id of a request is 0");
+  return finish(reader, std::move(message));
+}
+
 /// A request whose only field is its id, which is not 0.
 template <typename M>
 Result<M> decode_id_only(ByteView body, bool zero_allowed) {
