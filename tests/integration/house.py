@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import random
 import signal
 import socket
 import struct
@@ -40,15 +41,19 @@ def run(variable, *arguments):
 
 
 def free_ports(count):
-    """Ports that were free a moment ago on loopback."""
-    sockets = [socket.socket() for _ in range(count)]
-    try:
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [one.getsockname()[1] for one in sockets]
-    finally:
-        for one in sockets:
-            one.close()
+    """Ports that were free a moment ago on every address, and that the kernel gives to no connection of its own choice:
+    tests run side by side, and one of them may connect from any port of the ephemeral range."""
+    found = []
+    while len(found) < count:
+        port = random.randrange(10_000, 32_768)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("", port))
+            except OSError:
+                continue
+        if port not in found:
+            found.append(port)
+    return found
 
 
 class Daemon:
