@@ -141,6 +141,10 @@ void add_list(CLI::App& app, const Common& common, int& exit_code) {
   command->callback([&common, &exit_code] {
     exit_code = run(common, "list", proto::encode(proto::AdminList{kId}), [](const ordered_json& document) {
       print_table(rows_of(document, "meshes"), {"name", "vertices", "faces", "packets", "bytes", "generation"});
+      for (const ordered_json& mesh : rows_of(document, "damaged")) {
+        std::cerr << "pmcctl list: mesh \"" << field(mesh, "name") << "\" is damaged: " << field(mesh, "error")
+                  << "; ingest it again with --replace, or remove it\n";
+      }
     });
   });
 }

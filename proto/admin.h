@@ -10,10 +10,10 @@
 // JSON of the answers (fields may be added, readers ignore what they do not know). A mesh object:
 //   {"name","generation" (16 hex digits),"vertices","faces","packets","bytes","lossless","bits",
 //    "scalar":"float32"|"float64","format_version","box_min":[x,y,z],"box_max":[x,y,z],"ingested_at" (RFC 3339, UTC)}
-// list:   {"meshes":[mesh...]} ascending by name.
+// list:   {"meshes":[mesh...],"damaged":[{"name","error"}...]} ascending by name.
 // show:   mesh and "levels":[{"level","bytes","vertices","faces","error_rms"|null,"error_max"|null,"crc32c" (8 hex)}]
 // remove: {"removed":name,"generation"}
-// status: {"version","protocol":"1.0","rule","slots","sessions","waiting","running","meshes","listen","request_port",
+// status: {"version","protocol":"1.0","rule","slots","sessions","waiting","running","meshes","damaged_meshes","listen","request_port",
 //          "data_port","started_at","uptime_seconds"}
 #pragma once
 

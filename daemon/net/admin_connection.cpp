@@ -179,7 +179,7 @@ awaitable<void> AdminConnection::remove(std::uint32_t id, std::string name) {
     refuse(id, removed.error());
     co_return;
   }
-  co_await answer(id, removed_json(removed.value()));
+  co_await answer(id, removed_json(name, removed.value().generation));
 }
 
 awaitable<void> AdminConnection::status(std::uint32_t id) {
@@ -190,7 +190,8 @@ awaitable<void> AdminConnection::status(std::uint32_t id) {
     co_return;
   }
   StatusReport report = context_.status();
-  report.meshes = meshes.value().size();
+  report.meshes = meshes.value().meshes.size();
+  report.damaged_meshes = meshes.value().damaged.size();
   co_await answer(id, status_json(report));
 }
 

@@ -47,10 +47,12 @@ std::string text_of(const Json& json) {
 
 }  // namespace
 
-std::string list_json(const std::vector<store::MeshSummary>& meshes) {
-  Json list = Json::array();
-  for (const store::MeshSummary& mesh : meshes) list.push_back(mesh_object(mesh));
-  return text_of(Json{{"meshes", std::move(list)}});
+std::string list_json(const store::MeshList& list) {
+  Json meshes = Json::array();
+  for (const store::MeshSummary& mesh : list.meshes) meshes.push_back(mesh_object(mesh));
+  Json damaged = Json::array();
+  for (const auto& [name, error] : list.damaged) damaged.push_back({{"name", name}, {"error", error.detail}});
+  return text_of(Json{{"meshes", std::move(meshes)}, {"damaged", std::move(damaged)}});
 }
 
 std::string show_json(const store::Mesh& mesh) {
@@ -70,8 +72,8 @@ std::string show_json(const store::Mesh& mesh) {
   return text_of(object);
 }
 
-std::string removed_json(const store::MeshSummary& mesh) {
-  return text_of({{"removed", mesh.name}, {"generation", generation_text(mesh.generation)}});
+std::string removed_json(std::string_view name, std::uint64_t generation) {
+  return text_of({{"removed", name}, {"generation", generation_text(generation)}});
 }
 
 std::string status_json(const StatusReport& status) {
@@ -84,6 +86,7 @@ std::string status_json(const StatusReport& status) {
                   {"waiting", status.waiting},
                   {"running", status.running},
                   {"meshes", status.meshes},
+                  {"damaged_meshes", status.damaged_meshes},
                   {"listen", status.listen},
                   {"request_port", status.request_port},
                   {"data_port", status.data_port},

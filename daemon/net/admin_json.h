@@ -4,18 +4,18 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "daemon/net/packet_cache.h"
 #include "daemon/store/mesh_store.h"
 
 namespace pmcd::net {
 
-/// {"meshes":[...]}
-std::string list_json(const std::vector<store::MeshSummary>& meshes);
+/// {"meshes":[...],"damaged":[{"name":...,"error":...},...]}
+std::string list_json(const store::MeshList& list);
 /// A mesh with "levels".
 std::string show_json(const store::Mesh& mesh);
-std::string removed_json(const store::MeshSummary& mesh);
+std::string removed_json(std::string_view name, std::uint64_t generation);
 
 struct StatusReport {
   std::string version;
@@ -26,6 +26,7 @@ struct StatusReport {
   std::uint64_t waiting = 0;
   std::uint64_t running = 0;
   std::uint64_t meshes = 0;
+  std::uint64_t damaged_meshes = 0;
   std::string listen;
   std::uint16_t request_port = 0;
   std::uint16_t data_port = 0;

@@ -2,6 +2,8 @@
 // Calls to the store threads and back, and what of their answers is kept.
 #include "daemon/net/catalog.h"
 
+#include <spdlog/spdlog.h>
+
 #include <new>
 #include <utility>
 
@@ -25,6 +27,12 @@ proto::Bytes directory_bytes(const store::Mesh& mesh) {
 
 store::Error mesh_gone() {
   return {store::ErrorCode::unknown_mesh, "the mesh was replaced or removed"};
+}
+
+void log_damaged(const store::MeshList& list) {
+  for (const auto& [name, error] : list.damaged) {
+    spdlog::error("mesh \"{}\" is not listed: {}: {}", name, store::error_name(error.code), error.detail);
+  }
 }
 
 }  // namespace
@@ -51,9 +59,10 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std
   auto work = [list = list_, version, filter = std::move(filter), after = std::move(after),
                most](store::MeshStore& store) -> store::Result<SharedBytes> {
     if (!list->index || list->version != version) {
-      const auto meshes = store.list();
-      if (!meshes) return meshes.error();
-      list->index.emplace(meshes.value());
+      const auto stored = store.list();
+      if (!stored) return stored.error();
+      log_damaged(stored.value());
+      list->index.emplace(stored.value().meshes);
       list->version = version;
     }
     return SharedBytes(
@@ -126,17 +135,17 @@ SharedBytes Catalog::cached_packet(store::MeshId mesh, std::uint32_t packet) {
   return cached;
 }
 
-awaitable<store::Result<std::vector<store::MeshSummary>>> Catalog::summaries() {
+awaitable<store::Result<store::MeshList>> Catalog::summaries() {
   auto work = [](store::MeshStore& store) { return store.list(); };
   co_return co_await on_store(tasks_.executor(), reader_, std::move(work));
 }
 
-awaitable<store::Result<store::MeshSummary>> Catalog::remove(std::string name) {
+awaitable<store::Result<store::Removed>> Catalog::remove(std::string name) {
   auto work = [name = std::move(name)](store::MeshStore& store) { return store.remove(name); };
   auto removed = co_await on_store(tasks_.executor(), writer_, std::move(work));
   if (removed) {
     changed();
-    retire(removed.value().id);
+    retire(removed.value().mesh);
   }
   co_return removed;
 }

@@ -48,9 +48,10 @@ class Catalog final : public MeshSource {
   /// From the cache; null if it is not there, and then read_packet is to be asked.
   SharedBytes cached_packet(store::MeshId mesh, std::uint32_t packet) override;
 
-  awaitable<store::Result<std::vector<store::MeshSummary>>> summaries();
+  /// All meshes, and those that are damaged.
+  awaitable<store::Result<store::MeshList>> summaries();
   /// Retires the mesh of that name. Error: unknown_mesh.
-  awaitable<store::Result<store::MeshSummary>> remove(std::string name);
+  awaitable<store::Result<store::Removed>> remove(std::string name);
 
   /// An ingest in steps, see Upload. The shared pointer keeps it alive while a step runs on the store's thread.
   using SharedUpload = std::shared_ptr<store::Upload>;

@@ -65,6 +65,10 @@ Error missing_packet(MeshId mesh, std::size_t level) {
           "packet " + std::to_string(level) + " of mesh " + std::to_string(mesh) + " is missing in the database"};
 }
 
+SqliteError row_missing(MeshId mesh) {
+  return {SQLITE_CORRUPT, "the row of mesh " + std::to_string(mesh) + " is missing"};
+}
+
 }  // namespace
 
 Error name_taken(std::string_view name) {
@@ -99,12 +103,22 @@ class MeshStore::Connection {
     return Inserted{std::move(summary), before};
   }
 
-  std::vector<MeshSummary> list() {
-    Statement& query = statements_->list;
-    const ResetAtExit guard(query);
-    std::vector<MeshSummary> meshes;
-    while (query.step()) meshes.push_back(read_summary(query));
-    return meshes;
+  /// Names and ids come out of the index; the rows one by one, so that a page that is damaged costs its own meshes
+  /// only.
+  MeshList list() {
+    Statement& names = statements_->names;
+    const ResetAtExit guard(names);
+    MeshList list;
+    while (names.step()) {
+      try {
+        list.meshes.push_back(summary(names.integer(0)));
+      } catch (const SqliteError& error) {
+        Error why = error.as_error();
+        if (why.code != ErrorCode::database_corrupt) throw;
+        list.damaged.push_back({names.text(1), std::move(why)});
+      }
+    }
+    return list;
   }
 
   /// The live mesh of that name.
@@ -160,13 +174,14 @@ class MeshStore::Connection {
     return bytes;
   }
 
-  Result<MeshSummary> remove(std::string_view name) {
+  Result<Removed> remove(std::string_view name) {
     Transaction transaction(db_);
-    const auto mesh = find(name);
+    const auto mesh = live(name);
     if (!mesh) return unknown_mesh(name);
-    retire(mesh->id);
+    const Removed removed{*mesh, generation(*mesh)};
+    retire(*mesh);
     transaction.commit();
-    return *mesh;
+    return removed;
   }
 
   std::vector<MeshId> retired() {
@@ -196,7 +211,9 @@ class MeshStore::Connection {
     explicit Statements(Db& db)
         : insert_mesh(db, kInsertSummary),
           insert_packet(db, kInsertPacket),
-          list(db, std::string(kSelectSummary) + "WHERE retired_at IS NULL ORDER BY name"),
+          names(db, "SELECT id, name FROM mesh INDEXED BY mesh_name WHERE retired_at IS NULL ORDER BY name"),
+          summary(db, std::string(kSelectSummary) + "WHERE id = ?1"),
+          generation(db, "SELECT generation FROM mesh WHERE id = ?1"),
           live(db, "SELECT id FROM mesh WHERE name = ?1 AND retired_at IS NULL"),
           find(db, std::string(kSelectSummary) + "WHERE name = ?1 AND retired_at IS NULL"),
           find_generation(db, std::string(kSelectSummary) +
@@ -214,7 +231,9 @@ class MeshStore::Connection {
 
     Statement insert_mesh;
     Statement insert_packet;
-    Statement list;
+    Statement names;
+    Statement summary;
+    Statement generation;
     Statement live;
     Statement find;
     Statement find_generation;
@@ -228,6 +247,21 @@ class MeshStore::Connection {
     Statement collecting;
     Statement delete_mesh;
   };
+
+  /// Throws SqliteError, also if the index names a row that there is not.
+  MeshSummary summary(MeshId mesh) {
+    Statement& query = statements_->summary;
+    const ResetAtExit guard(query);
+    if (!query.bind(1, mesh).step()) throw row_missing(mesh);
+    return read_summary(query);
+  }
+
+  std::uint64_t generation(MeshId mesh) {
+    Statement& query = statements_->generation;
+    const ResetAtExit guard(query);
+    if (!query.bind(1, mesh).step()) throw row_missing(mesh);
+    return static_cast<std::uint64_t>(query.integer(0));
+  }
 
   void retire(MeshId mesh) { statements_->retire.bind(1, mesh).bind(2, seconds_since_1970()).run(); }
 
@@ -286,8 +320,8 @@ Result<Inserted> MeshStore::insert(const NewMesh& mesh) {
   return guarded([&] { return connection_->insert(mesh); });
 }
 
-Result<std::vector<MeshSummary>> MeshStore::list() {
-  return guarded([&]() -> Result<std::vector<MeshSummary>> { return connection_->list(); });
+Result<MeshList> MeshStore::list() {
+  return guarded([&]() -> Result<MeshList> { return connection_->list(); });
 }
 
 Result<Mesh> MeshStore::find(std::string_view name) {
@@ -314,7 +348,7 @@ Result<std::vector<std::byte>> MeshStore::read_packet(MeshId mesh, std::uint32_t
   return guarded([&] { return connection_->read_packet(mesh, level); });
 }
 
-Result<MeshSummary> MeshStore::remove(std::string_view name) {
+Result<Removed> MeshStore::remove(std::string_view name) {
   return guarded([&] { return connection_->remove(name); });
 }
 

@@ -39,6 +39,17 @@ struct MeshSummary {
   std::uint64_t bytes = 0;  ///< of all packets
 };
 
+/// A mesh of which the database holds no usable row any more.
+struct DamagedMesh {
+  std::string name;
+  Error error;
+};
+
+struct MeshList {
+  std::vector<MeshSummary> meshes;
+  std::vector<DamagedMesh> damaged;  ///< what `meshes` lacks therefore
+};
+
 /// A mesh with its level directory.
 struct Mesh {
   MeshSummary summary;
@@ -57,6 +68,11 @@ struct Inserted {
   MeshSummary mesh;
   std::optional<MeshId> retired;  ///< the mesh of that name that gave way
   [[nodiscard]] bool replaced() const { return retired.has_value(); }
+};
+
+struct Removed {
+  MeshId mesh = 0;
+  std::uint64_t generation = 0;
 };
 
 /// What a step of collect() came to.
@@ -99,8 +115,8 @@ class MeshStore {
   /// Errors: those of check_name and check_mesh, name_taken, no_space, and those of SQLite.
   Result<Inserted> insert(const NewMesh& mesh);
 
-  /// All live meshes by name (bytewise).
-  Result<std::vector<MeshSummary>> list();
+  /// All live meshes by name (bytewise). A damaged one does not hide the others.
+  Result<MeshList> list();
   /// The live mesh of that name. Errors: unknown_mesh, missing_packet, database_corrupt.
   Result<Mesh> find(std::string_view name);
   /// A mesh of that content: the newest live one, else the newest retired one that is not being collected.
@@ -112,8 +128,8 @@ class MeshStore {
   /// Errors: unknown_mesh (also when it is being collected), unknown_packet, missing_packet, database_corrupt.
   Result<std::vector<std::byte>> read_packet(MeshId mesh, std::uint32_t level);
 
-  /// Retires the mesh of that name and tells what it was. Error: unknown_mesh.
-  Result<MeshSummary> remove(std::string_view name);
+  /// Retires the mesh of that name, also a damaged one, and tells what it was. Error: unknown_mesh.
+  Result<Removed> remove(std::string_view name);
   /// The meshes that wait to be collected, in no order.
   Result<std::vector<MeshId>> retired();
   /// Deletes a retired mesh, about kCollectBytes a call so that others may write in between; from the first call on

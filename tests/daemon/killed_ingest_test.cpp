@@ -38,7 +38,7 @@ class KilledIngest : public ::testing::Test {
     const auto meshes = store.list();
     ASSERT_TRUE(meshes.ok()) << meshes.error().detail;
     std::set<unsigned> present;
-    for (const store::MeshSummary& mesh : meshes.value()) {
+    for (const store::MeshSummary& mesh : meshes.value().meshes) {
       const unsigned number = static_cast<unsigned>(std::stoul(mesh.name.substr(1)));
       present.insert(number);
       const FakeMesh expected = killed_mesh(number);

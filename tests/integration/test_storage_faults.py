@@ -223,6 +223,28 @@ class DamagedDatabase(StorageTest):
         self.assert_serves(daemon, "bad")
 
 
+    def test_a_row_that_no_pmcd_wrote(self):
+        with house.Daemon(self.folder) as daemon:
+            self.ingest(daemon, self.small, "--name", "bad")
+            self.ingest(daemon, self.small, "--name", "small")
+        with contextlib.closing(sqlite3.connect(self.folder / "meshes.db")) as database, database:
+            database.execute("UPDATE mesh SET vertices = -1 WHERE name = 'bad'")
+        daemon = self.start_daemon()
+        reason = "the database is damaged: vertices is out of range in the database"
+        self.assertEqual(self.names(daemon), ["small"])
+        listed = self.expect(daemon.ctl("list"), house.DONE)
+        self.assertIn("small", listed.stdout)
+        self.assertIn(f'mesh "bad" is damaged: {reason}; ingest it again with --replace, or remove it', listed.stderr)
+        self.assertIn(f'error: mesh "bad" is not listed: database_corrupt: {reason}', self.log(daemon))
+        self.assertRegex(self.expect(daemon.ctl("status"), house.DONE).stdout, r"damaged_meshes +1\n")
+        self.assert_unavailable(daemon, "bad")
+        self.assert_serves(daemon, "small")
+        self.expect(daemon.ctl("remove", "bad"), house.DONE)
+        self.assertRegex(self.expect(daemon.ctl("status"), house.DONE).stdout, r"damaged_meshes +0\n")
+        self.ingest(daemon, self.small, "--name", "bad")
+        self.assert_serves(daemon, "bad")
+
+
 class Memory(StorageTest):
     def bytes_mapped(self, daemon):
         status = pathlib.Path(f"/proc/{daemon.process.pid}/status").read_text(encoding="ascii")

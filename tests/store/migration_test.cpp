@@ -124,7 +124,7 @@ class Migration : public ::testing::Test {
     ASSERT_TRUE(opened.ok()) << opened.error().detail;
     expect_holds(*opened.value(), 3, "bunny", bunny_);
     expect_holds(*opened.value(), 5, "horse", horse_);
-    EXPECT_EQ(opened.value()->list().value().size(), 2U);
+    EXPECT_EQ(opened.value()->list().value().meshes.size(), 2U);
     EXPECT_TRUE(opened.value()->retired().value().empty());
     EXPECT_EQ(Db(path_).number("PRAGMA user_version"), kSchemaVersion);
     EXPECT_EQ(Db(path_).text("PRAGMA integrity_check"), "ok");
@@ -158,7 +158,7 @@ TEST_F(Migration, IdsGoOnWhereTheyWere) {
 
 TEST_F(Migration, AnEmptyDatabaseToo) {
   { Db(path_).execute(kTables1); }
-  EXPECT_TRUE(MeshStore::open(path_).value()->list().value().empty());
+  EXPECT_TRUE(MeshStore::open(path_).value()->list().value().meshes.empty());
 }
 
 TEST_F(Migration, MakesTheTablesOfANewDatabase) {

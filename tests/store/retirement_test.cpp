@@ -8,6 +8,7 @@
 #include "daemon/store/db.h"
 #include "daemon/store/mesh_store.h"
 #include "tests/store/fake_mesh.h"
+#include "tests/store/mesh_store_fixture.h"
 #include "tests/store/outcome.h"
 
 namespace pmcd::store {
@@ -16,16 +17,10 @@ namespace {
 using test::fake_mesh;
 using test::FakeMesh;
 
-class RetirementTest : public ::testing::Test {
+class RetirementTest : public MeshStoreFixture {
  protected:
-  void reopen() {
-    store_.reset();
-    store_ = MeshStore::open(path_).value();
-  }
-
-  MeshId insert(const std::string& name, const FakeMesh& mesh) {
-    const auto spans = mesh.spans();
-    const auto inserted = store_->insert({name, true, mesh.directory, spans});
+  MeshId put(const std::string& name, const FakeMesh& mesh) {
+    const auto inserted = insert(name, mesh, true);
     EXPECT_EQ(outcome(inserted), "ok");
     return inserted.ok() ? inserted.value().mesh.id : 0;
   }
@@ -38,28 +33,20 @@ class RetirementTest : public ::testing::Test {
     }
   }
 
-  std::vector<std::string> names() {
-    std::vector<std::string> names;
-    for (const MeshSummary& mesh : store_->list().value()) names.push_back(mesh.name);
-    return names;
-  }
+  std::vector<std::string> listed() { return names(store_->list().value()); }
 
   std::int64_t packets() { return Db(path_).number("SELECT count(*) FROM packet"); }
-
-  test::TemporaryFolder folder_;
-  std::string path_ = folder_.file("meshes.db");
-  std::unique_ptr<MeshStore> store_ = MeshStore::open(path_).value();
 };
 
 TEST_F(RetirementTest, ARemovedMeshIsReadButNotSeen) {
   const FakeMesh mesh = fake_mesh(6, {1, 2, 3});
-  const MeshId id = insert("m", mesh);
-  insert("n", fake_mesh(7, {1}));
+  const MeshId id = put("m", mesh);
+  put("n", fake_mesh(7, {1}));
   const auto removed = store_->remove("m");
   ASSERT_TRUE(removed.ok());
-  EXPECT_EQ(removed.value().id, id);
-  EXPECT_EQ(removed.value().packets, 3U);
-  EXPECT_EQ(names(), std::vector<std::string>{"n"});
+  EXPECT_EQ(removed.value().mesh, id);
+  EXPECT_EQ(removed.value().generation, mesh.directory.generation);
+  EXPECT_EQ(listed(), std::vector<std::string>{"n"});
   EXPECT_EQ(outcome(store_->find("m")), "unknown_mesh");
   EXPECT_FALSE(store_->contains("m").value());
   EXPECT_EQ(outcome(store_->remove("m")), "unknown_mesh");
@@ -74,10 +61,10 @@ TEST_F(RetirementTest, AReplacedMeshIsReadBesideItsSuccessor) {
   const FakeMesh first = fake_mesh(4, {100, 100});
   const FakeMesh second = fake_mesh(5, {10, 10, 10});
   const FakeMesh third = fake_mesh(6, {10});
-  const MeshId first_id = insert("m", first);
-  const MeshId second_id = insert("m", second);
-  const MeshId third_id = insert("m", third);
-  EXPECT_EQ(names(), std::vector<std::string>{"m"});
+  const MeshId first_id = put("m", first);
+  const MeshId second_id = put("m", second);
+  const MeshId third_id = put("m", third);
+  EXPECT_EQ(listed(), std::vector<std::string>{"m"});
   EXPECT_EQ(store_->find("m").value().summary.id, third_id);
   expect_readable(first_id, first);
   expect_readable(second_id, second);
@@ -92,28 +79,28 @@ TEST_F(RetirementTest, AReplacedMeshIsReadBesideItsSuccessor) {
 
 TEST_F(RetirementTest, ALiveMeshIsNotCollected) {
   const FakeMesh mesh = fake_mesh(6, {1, 2});
-  const MeshId id = insert("m", mesh);
+  const MeshId id = put("m", mesh);
   EXPECT_EQ(store_->collect(id).value(), Collected::live);
-  EXPECT_EQ(names(), std::vector<std::string>{"m"});
+  EXPECT_EQ(listed(), std::vector<std::string>{"m"});
   expect_readable(id, mesh);
   EXPECT_EQ(store_->collect(id + 1).value(), Collected::all) << "nothing is left of a mesh that never was";
 }
 
 TEST_F(RetirementTest, IdsAreNeverReused) {
-  const MeshId id = insert("m", fake_mesh(6, {1}));
+  const MeshId id = put("m", fake_mesh(6, {1}));
   ASSERT_TRUE(store_->remove("m").ok());
   ASSERT_EQ(store_->collect(id).value(), Collected::all);
   EXPECT_EQ(packets(), 0);
-  EXPECT_GT(insert("m", fake_mesh(6, {1})), id);
+  EXPECT_GT(put("m", fake_mesh(6, {1})), id);
 }
 
 TEST_F(RetirementTest, FindsByGenerationTheNewestLiveElseTheNewestRetired) {
   const FakeMesh mesh = fake_mesh(8, {30, 40});
   const std::uint64_t generation = mesh.directory.generation;
   EXPECT_EQ(store_->find_generation(0x1234).error().detail, "no mesh has the generation 0000000000001234");
-  const MeshId a = insert("a", mesh);
-  const MeshId b = insert("b", mesh);
-  insert("c", fake_mesh(9, {1}));
+  const MeshId a = put("a", mesh);
+  const MeshId b = put("b", mesh);
+  put("c", fake_mesh(9, {1}));
   EXPECT_EQ(store_->find_generation(generation).value().summary.id, b);
   ASSERT_TRUE(store_->remove("b").ok());
   EXPECT_EQ(store_->find_generation(generation).value().summary.id, a) << "a live one goes before a retired one";
@@ -131,7 +118,7 @@ TEST_F(RetirementTest, FindsByGenerationTheNewestLiveElseTheNewestRetired) {
 TEST_F(RetirementTest, ABigMeshIsCollectedInSteps) {
   constexpr std::size_t kThird = kCollectBytes / 3;
   const FakeMesh mesh = fake_mesh(10, {kThird, kThird, kThird, kThird, kThird, 10});
-  const MeshId id = insert("m", mesh);
+  const MeshId id = put("m", mesh);
   ASSERT_TRUE(store_->remove("m").ok());
   EXPECT_EQ(store_->collect(id).value(), Collected::part);
   EXPECT_EQ(packets(), 3) << "the last packets first, not more than a step's bytes";
@@ -148,7 +135,7 @@ TEST_F(RetirementTest, ABigMeshIsCollectedInSteps) {
 }
 
 TEST_F(RetirementTest, APacketOverAStepsBytesIsCollectedToo) {
-  const MeshId id = insert("m", fake_mesh(11, {10, kCollectBytes + 10, kCollectBytes + 10}));
+  const MeshId id = put("m", fake_mesh(11, {10, kCollectBytes + 10, kCollectBytes + 10}));
   ASSERT_TRUE(store_->remove("m").ok());
   EXPECT_EQ(store_->collect(id).value(), Collected::part);
   EXPECT_EQ(packets(), 2);
@@ -158,7 +145,7 @@ TEST_F(RetirementTest, APacketOverAStepsBytesIsCollectedToo) {
 }
 
 TEST_F(RetirementTest, CollectingWritesNoLogOfTheMeshsSize) {
-  const MeshId id = insert("m", fake_mesh(12, {4'000'000}));
+  const MeshId id = put("m", fake_mesh(12, {4'000'000}));
   Db(path_).execute("PRAGMA wal_checkpoint(TRUNCATE)");
   ASSERT_TRUE(store_->remove("m").ok());
   ASSERT_EQ(store_->collect(id).value(), Collected::all);

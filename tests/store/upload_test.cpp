@@ -68,11 +68,11 @@ TEST_F(UploadTest, NothingIsVisibleBeforeCommitAndNothingStaysAfterDropping) {
     auto upload = begin(mesh);
     ASSERT_TRUE(upload.ok());
     send(*upload.value(), mesh, 4096);
-    EXPECT_TRUE(store_->list().value().empty());
+    EXPECT_TRUE(store_->list().value().meshes.empty());
     EXPECT_EQ(files(), before) << "the spool has no name that a kill could leave behind";
     EXPECT_GT(budget_->taken(), 0U);
   }
-  EXPECT_TRUE(store_->list().value().empty());
+  EXPECT_TRUE(store_->list().value().meshes.empty());
   EXPECT_EQ(budget_->taken(), 0U);
 }
 
@@ -103,7 +103,7 @@ TEST_F(UploadTest, DamagedPacketIsRefusedAtCommit) {
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(outcome(result), "bad_packet");
   EXPECT_EQ(result.error().detail.substr(0, 28), "packet 1: checksum_mismatch:");
-  EXPECT_TRUE(store_->list().value().empty());
+  EXPECT_TRUE(store_->list().value().meshes.empty());
 }
 
 TEST_F(UploadTest, NameTakenIsSaidAtOnceAndAgainAtCommit) {
