@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kReadyPatience{60'000};
 constexpr milliseconds kCommitPatience{600'000};
-constexpr std::uint32_t kId = 1;
+constexpr std::uint32_t kIngestId = 1;
 
 /// The daemon speaks only to refuse while data are under way.
 std::optional<Failure> refused_meanwhile(AdminLine& line) {
@@ -30,7 +30,7 @@ std::variant<proto::IngestOk, Failure> upload(AdminLine& line, const std::string
                                               std::span<const std::byte> directory,
                                               const std::vector<std::span<const std::byte>>& packets,
                                               const UploadProgress& progress) {
-  const proto::IngestBegin begin{kId, replace, name, {directory.begin(), directory.end()}};
+  const proto::IngestBegin begin{kIngestId, replace, name, {directory.begin(), directory.end()}};
   if (auto failed = line.send(proto::encode(begin))) return *failed;
   auto ready = line.receive(kReadyPatience);
   if (auto* failed = std::get_if<Failure>(&ready)) return std::move(*failed);
@@ -44,7 +44,8 @@ std::variant<proto::IngestOk, Failure> upload(AdminLine& line, const std::string
     for (std::size_t at = 0; at < packets[k].size();) {
       if (auto failed = refused_meanwhile(line)) return *failed;
       const auto piece = packets[k].subspan(at, std::min<std::size_t>(proto::kMaxChunkBytes, packets[k].size() - at));
-      const auto header = proto::encode_ingest_data_header({kId, k, at}, static_cast<std::uint32_t>(piece.size()));
+      const auto header =
+          proto::encode_ingest_data_header({kIngestId, k, at}, static_cast<std::uint32_t>(piece.size()));
       if (auto failed = line.send(header)) return *failed;
       if (auto failed = line.send(piece)) return *failed;
       at += piece.size();
@@ -52,7 +53,7 @@ std::variant<proto::IngestOk, Failure> upload(AdminLine& line, const std::string
       progress(static_cast<double>(sent) / static_cast<double>(total));
     }
   }
-  if (auto failed = line.send(proto::encode(proto::IngestCommit{kId}))) return *failed;
+  if (auto failed = line.send(proto::encode(proto::IngestCommit{kIngestId}))) return *failed;
   auto committed = line.receive(kCommitPatience);
   if (auto* failed = std::get_if<Failure>(&committed)) return std::move(*failed);
   return read_as<proto::IngestOk>(std::get<Answer>(committed));

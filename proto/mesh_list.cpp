@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "proto/body.h"
 #include "proto/text.h"
 
 namespace pmcd::proto {
@@ -15,10 +16,6 @@ namespace {
 constexpr std::size_t kMinEntryBytes = 81;
 constexpr std::uint8_t kLossless = 1;
 constexpr std::uint8_t kFloat64 = 2;
-
-Error malformed(std::size_t where, std::string detail) {
-  return {ErrorCode::malformed, where, std::move(detail)};
-}
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // pmctool fetch: its options, and whether they make sense. fetch_run.cpp does the work.
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,11 +12,6 @@
 namespace pmcd::tool {
 
 namespace {
-
-int complain(int exit_code, const std::string& text) {
-  std::cerr << "pmctool fetch: " << text << '\n';
-  return exit_code;
-}
 
 /// A complaint about a request that cannot be right, before anything is asked of the server.
 std::optional<std::string> check_usage(const FetchCommand& command) {

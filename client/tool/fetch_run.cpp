@@ -21,12 +21,12 @@
 
 namespace pmcd::tool {
 
-namespace {
-
 int complain(int exit_code, const std::string& text) {
   std::cerr << "pmctool fetch: " << text << '\n';
   return exit_code;
 }
+
+namespace {
 
 /// Beside a pipe or a device nothing can be kept.
 bool can_keep_part(const std::string& out) {

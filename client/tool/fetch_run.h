@@ -21,6 +21,9 @@ struct FetchCommand {
   double give_up_after = 120;
 };
 
+/// Says on stderr what is wrong with a fetch; answers `exit_code`.
+int complain(int exit_code, const std::string& text);
+
 /// REQUIRES: a usage that makes sense. Writes to stderr and stdout; answers the exit code.
 int run_fetch(const FetchCommand& command, const client::Address& address);
 

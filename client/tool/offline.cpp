@@ -12,6 +12,10 @@
 
 namespace pmcd::tool {
 
+// Named without import:: because clang-format takes a line that begins with "import" for a module's.
+using import::ImportedMesh;
+using import::ImportResult;
+
 int complain(const char* command, const import::ImportError& error) {
   std::cerr << "pmctool " << command << ": " << import::to_line(error) << '\n';
   return error.code == import::ImportErrorCode::invalid_option ? kExitUsage : kExitBadInput;
@@ -44,19 +48,19 @@ bool is_packet_file(const std::string& path) {
   return file.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == "PMCD";
 }
 
-import::ImportResult<import::ImportedMesh> load_mesh(const std::string& path, const import::ImportOptions& options){
-    if (!is_packet_file(path)) return import::read_mesh(path, options);
-const auto bytes = import::load_file(path);
-if (!bytes) return bytes.error();
-auto mesh = import::decode_file_bytes(*bytes, std::nullopt, path);
-if (!mesh) return mesh.error();
-import::ImportedMesh out;
-out.mesh = std::move(mesh).value();
-out.report.format = "pmcd packets";
-out.report.float64 = out.mesh.scalar == codec::Scalar::float64;
-out.report.vertices = out.report.vertices_in_file = out.mesh.positions.size();
-out.report.faces = out.report.polygons_in_file = out.mesh.faces.size();
-return out;
-}  // namespace pmcd::tool
+ImportResult<ImportedMesh> load_mesh(const std::string& path, const import::ImportOptions& options) {
+  if (!is_packet_file(path)) return import::read_mesh(path, options);
+  const auto bytes = import::load_file(path);
+  if (!bytes) return bytes.error();
+  auto mesh = import::decode_file_bytes(*bytes, std::nullopt, path);
+  if (!mesh) return mesh.error();
+  ImportedMesh out;
+  out.mesh = std::move(mesh).value();
+  out.report.format = "pmcd packets";
+  out.report.float64 = out.mesh.scalar == codec::Scalar::float64;
+  out.report.vertices = out.report.vertices_in_file = out.mesh.positions.size();
+  out.report.faces = out.report.polygons_in_file = out.mesh.faces.size();
+  return out;
+}
 
 }  // namespace pmcd::tool

@@ -15,6 +15,11 @@
 
 namespace pmcd::tool {
 
+// Named without import:: because clang-format takes a line that begins with "import" for a module's.
+using import::ImportError;
+using import::ImportFailure;
+using import::ImportResult;
+
 namespace {
 
 std::string reason(int error) {
@@ -44,28 +49,27 @@ bool PartFile::exists() const {
   return ::lstat(path_.c_str(), &status) == 0;
 }
 
-import::ImportError PartFile::error(import::ImportErrorCode code,
-                                    const std::string& what) const {import::ImportError error;
-error.code = code;
-error.file = path_;
-error.message = what;
-return error;
-}  // namespace pmcd::tool
+ImportError PartFile::error(import::ImportErrorCode code, const std::string& what) const {
+  ImportError error;
+  error.code = code;
+  error.file = path_;
+  error.message = what;
+  return error;
+}
 
-import::ImportFailure PartFile::open(int flags){
-    const auto refuse = [this](const std::string& why){
-        return error(import::ImportErrorCode::cannot_write, "cannot keep a partial download here: " + why);
-}
-;
-fd_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | flags, 0666);
-if (fd_ < 0) return refuse(errno == ELOOP ? "it is a symbolic link" : reason(errno));
-struct stat status {};
-if (::fstat(fd_, &status) != 0) return refuse(reason(errno));
-if (!S_ISREG(status.st_mode)) return refuse("it is not a regular file");
-if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-  return refuse(errno == EWOULDBLOCK ? "another program is writing it" : reason(errno));
-}
-return {};
+ImportFailure PartFile::open(int flags) {
+  const auto refuse = [this](const std::string& why) {
+    return error(import::ImportErrorCode::cannot_write, "cannot keep a partial download here: " + why);
+  };
+  fd_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | flags, 0666);
+  if (fd_ < 0) return refuse(errno == ELOOP ? "it is a symbolic link" : reason(errno));
+  struct stat status {};
+  if (::fstat(fd_, &status) != 0) return refuse(reason(errno));
+  if (!S_ISREG(status.st_mode)) return refuse("it is not a regular file");
+  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    return refuse(errno == EWOULDBLOCK ? "another program is writing it" : reason(errno));
+  }
+  return {};
 }
 
 void PartFile::set_directory(const codec::Directory& directory, std::uint64_t directory_bytes) {
@@ -77,71 +81,74 @@ void PartFile::set_directory(const codec::Directory& directory, std::uint64_t di
   }
 }
 
-import::ImportFailure PartFile::cut(std::uint64_t size){if (::ftruncate(fd_, static_cast<off_t>(size)) != 0){
-    return error(import::ImportErrorCode::cannot_write, "cannot be written: " + reason(errno));
-}
-size_ = size;
-return {};
-}
-
-import::ImportResult<std::optional<PartFile::Loaded>> PartFile::load(){if (!exists()) return std::optional<Loaded>{};
-if (auto failure = open(0)) return *failure;
-const auto bytes = import::load_file(path_);
-if (!bytes) return bytes.error();
-const auto parsed = codec::parse_directory(*bytes);
-if (!parsed || parsed->directory.levels.empty()) {
-  bytes_lost_ = bytes->size();
-  return std::optional<Loaded>{};
-}
-const codec::Directory& directory = parsed->directory;
-proto::ByteView rest = proto::ByteView(*bytes).subspan(parsed->size);
-Loaded loaded;
-loaded.state.generation = directory.generation;
-loaded.state.directory_bytes.assign(bytes->begin(), bytes->begin() + static_cast<std::ptrdiff_t>(parsed->size));
-std::uint32_t level = 0;
-for (; level < directory.levels.size() && rest.size() >= directory.levels[level].bytes; ++level) {
-  const proto::ByteView packet = rest.first(directory.levels[level].bytes);
-  if (!is_packet(packet, level, directory)) break;
-  loaded.packets.emplace_back(packet.begin(), packet.end());
-  rest = rest.subspan(packet.size());
-}
-loaded.state.packets_done = level;
-if (level < directory.levels.size() && rest.size() < directory.levels[level].bytes &&
-    may_begin(rest, level, directory)) {
-  loaded.state.partial.assign(rest.begin(), rest.end());
-  rest = {};
-}
-loaded.bytes_dropped = rest.size();
-set_directory(directory, parsed->size);
-if (auto failure = cut(bytes->size() - rest.size())) return *failure;
-return std::optional<Loaded>(std::move(loaded));
-}
-
-import::ImportFailure PartFile::begin(const codec::Directory& directory, proto::ByteView directory_bytes){if (fd_ < 0) {
-    if (auto failure = open(O_CREAT | O_EXCL)) return failure;
-}
-if (auto failure = cut(0)) return failure;
-set_directory(directory, 0);
-if (auto failure = write(0, 0, directory_bytes)) return failure;
-set_directory(directory, directory_bytes.size());
-return {};
-}
-
-import::ImportFailure PartFile::write(std::uint32_t packet, std::uint64_t offset,
-                                      proto::ByteView bytes){const std::uint64_t at = starts_[packet] + offset;
-if (at < size_) {
-  if (auto failure = cut(at)) return failure;
-}
-while (!bytes.empty()) {
-  const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(size_));
-  if (written < 0) {
-    if (errno == EINTR) continue;
+ImportFailure PartFile::cut(std::uint64_t size) {
+  if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) {
     return error(import::ImportErrorCode::cannot_write, "cannot be written: " + reason(errno));
   }
-  size_ += static_cast<std::uint64_t>(written);
-  bytes = bytes.subspan(static_cast<std::size_t>(written));
+  size_ = size;
+  return {};
 }
-return {};
+
+ImportResult<std::optional<PartFile::Loaded>> PartFile::load() {
+  if (!exists()) return std::optional<Loaded>{};
+  if (auto failure = open(0)) return *failure;
+  const auto bytes = import::load_file(path_);
+  if (!bytes) return bytes.error();
+  const auto parsed = codec::parse_directory(*bytes);
+  if (!parsed || parsed->directory.levels.empty()) {
+    bytes_lost_ = bytes->size();
+    return std::optional<Loaded>{};
+  }
+  const codec::Directory& directory = parsed->directory;
+  proto::ByteView rest = proto::ByteView(*bytes).subspan(parsed->size);
+  Loaded loaded;
+  loaded.state.generation = directory.generation;
+  loaded.state.directory_bytes.assign(bytes->begin(), bytes->begin() + static_cast<std::ptrdiff_t>(parsed->size));
+  std::uint32_t level = 0;
+  for (; level < directory.levels.size() && rest.size() >= directory.levels[level].bytes; ++level) {
+    const proto::ByteView packet = rest.first(directory.levels[level].bytes);
+    if (!is_packet(packet, level, directory)) break;
+    loaded.packets.emplace_back(packet.begin(), packet.end());
+    rest = rest.subspan(packet.size());
+  }
+  loaded.state.packets_done = level;
+  if (level < directory.levels.size() && rest.size() < directory.levels[level].bytes &&
+      may_begin(rest, level, directory)) {
+    loaded.state.partial.assign(rest.begin(), rest.end());
+    rest = {};
+  }
+  loaded.bytes_dropped = rest.size();
+  set_directory(directory, parsed->size);
+  if (auto failure = cut(bytes->size() - rest.size())) return *failure;
+  return std::optional<Loaded>(std::move(loaded));
+}
+
+ImportFailure PartFile::begin(const codec::Directory& directory, proto::ByteView directory_bytes) {
+  if (fd_ < 0) {
+    if (auto failure = open(O_CREAT | O_EXCL)) return failure;
+  }
+  if (auto failure = cut(0)) return failure;
+  set_directory(directory, 0);
+  if (auto failure = write(0, 0, directory_bytes)) return failure;
+  set_directory(directory, directory_bytes.size());
+  return {};
+}
+
+ImportFailure PartFile::write(std::uint32_t packet, std::uint64_t offset, proto::ByteView bytes) {
+  const std::uint64_t at = starts_[packet] + offset;
+  if (at < size_) {
+    if (auto failure = cut(at)) return failure;
+  }
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(size_));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      return error(import::ImportErrorCode::cannot_write, "cannot be written: " + reason(errno));
+    }
+    size_ += static_cast<std::uint64_t>(written);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return {};
 }
 
 void PartFile::remove() {

@@ -16,7 +16,7 @@
 namespace pmcd::codec {
 namespace {
 
-constexpr std::array<unsigned char, 4> kMagic = {'P', 'M', 'C', 'D'};
+constexpr std::array<unsigned char, 4> kDirectoryMagic = {'P', 'M', 'C', 'D'};
 constexpr std::size_t kFixedBytes = 4 + 4 + 4 + 8 + 10 * 8;
 constexpr std::size_t kEntryBytes = 4 * 4 + 2 * 8;
 constexpr std::size_t kChecksumBytes = 4;
@@ -80,7 +80,7 @@ Result<Directory> make_directory(std::span<const std::span<const std::byte>> pac
 std::vector<std::byte> serialize(const Directory& directory) {
   std::vector<std::byte> bytes;
   ByteWriter writer(bytes);
-  for (unsigned char c : kMagic) writer.write(static_cast<std::uint8_t>(c));
+  for (unsigned char c : kDirectoryMagic) writer.write(static_cast<std::uint8_t>(c));
   writer.write(directory.format_version);
   writer.write(static_cast<std::uint8_t>((directory.lossless ? kLosslessFlag : 0) |
                                          (directory.lattice.scalar == Scalar::float64 ? kFloat64Flag : 0)));
@@ -105,8 +105,8 @@ std::vector<std::byte> serialize(const Directory& directory) {
 }
 
 Result<ParsedDirectory> parse_directory(std::span<const std::byte> file) {
-  for (std::size_t i = 0; i < kMagic.size() && i < file.size(); ++i) {
-    if (static_cast<unsigned char>(file[i]) != kMagic[i]) {
+  for (std::size_t i = 0; i < kDirectoryMagic.size() && i < file.size(); ++i) {
+    if (static_cast<unsigned char>(file[i]) != kDirectoryMagic[i]) {
       return Error{ErrorCode::bad_magic, i, "this is not a .pmcd file: it does not start with PMCD"};
     }
   }

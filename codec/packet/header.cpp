@@ -10,7 +10,7 @@
 namespace pmcd::codec {
 namespace {
 
-constexpr std::array<unsigned char, 4> kMagic = {'P', 'M', 'C', 'P'};
+constexpr std::array<unsigned char, 4> kPacketMagic = {'P', 'M', 'C', 'P'};
 constexpr std::size_t kChecksumOffset = kPacketHeaderBytes - 4;
 constexpr std::uint8_t kLastFlag = 1;
 
@@ -21,8 +21,8 @@ std::uint32_t checksum_of(std::span<const std::byte> packet) {
 }  // namespace
 
 Result<PacketHeader> parse_packet_header(std::span<const std::byte> packet) {
-  for (std::size_t i = 0; i < kMagic.size() && i < packet.size(); ++i) {
-    if (static_cast<unsigned char>(packet[i]) != kMagic[i]) {
+  for (std::size_t i = 0; i < kPacketMagic.size() && i < packet.size(); ++i) {
+    if (static_cast<unsigned char>(packet[i]) != kPacketMagic[i]) {
       return Error{ErrorCode::bad_magic, i, "this is not a pmcd packet: it does not start with PMCP"};
     }
   }
@@ -83,7 +83,7 @@ void write_packet_header(std::span<std::byte> packet, const PacketHeader& header
   std::vector<std::byte> bytes;
   bytes.reserve(kPacketHeaderBytes);
   ByteWriter writer(bytes);
-  for (unsigned char c : kMagic) writer.write(static_cast<std::uint8_t>(c));
+  for (unsigned char c : kPacketMagic) writer.write(static_cast<std::uint8_t>(c));
   writer.write(kFormatVersion);
   writer.write(static_cast<std::uint8_t>(header.kind));
   writer.write(static_cast<std::uint8_t>(header.last ? kLastFlag : 0));

@@ -251,7 +251,10 @@ void AdminConnection::ingest_failed(const store::Error& error) {
 
 awaitable<void> AdminConnection::answer(std::uint32_t id, std::string json) {
   for (proto::Bytes& frame : proto::encode_answer(id, json)) {
-    if (!co_await channel_->room()) co_return;
+    if (!co_await channel_->room()) {
+      channel_->stop_reading();  // half an answer is none: the connection ends
+      co_return;
+    }
     channel_->send(std::move(frame));
   }
 }

@@ -207,9 +207,9 @@ std::shared_ptr<const CatalogMesh> Catalog::shared(store::Mesh mesh) {
   auto made = std::make_unique<CatalogMesh>();
   made->directory = directory_bytes(mesh);
   made->mesh = std::move(mesh);
-  const auto let_go = [catalog = std::weak_ptr<Catalog*>(self_), id](const CatalogMesh* released) {
-    delete released;
-    if (const auto alive = catalog.lock()) (*alive)->released(id);
+  const auto let_go = [catalog = std::weak_ptr<Catalog*>(self_)](const CatalogMesh* released) {
+    const std::unique_ptr<const CatalogMesh> owned(released);
+    if (const auto alive = catalog.lock()) (*alive)->released(owned->mesh.summary);
   };
   std::shared_ptr<const CatalogMesh> held(made.release(), let_go);
   meshes_[id] = held;
@@ -217,10 +217,10 @@ std::shared_ptr<const CatalogMesh> Catalog::shared(store::Mesh mesh) {
   return held;
 }
 
-void Catalog::released(store::MeshId mesh) {
-  std::erase_if(names_, [mesh](const auto& entry) { return entry.second == mesh; });
-  meshes_.erase(mesh);
-  collector_.released(mesh);
+void Catalog::released(const store::MeshSummary& mesh) {
+  if (const auto known = names_.find(mesh.name); known != names_.end() && known->second == mesh.id) names_.erase(known);
+  meshes_.erase(mesh.id);
+  collector_.released(mesh.id);
 }
 
 }  // namespace pmcd::net

@@ -87,7 +87,7 @@ class Catalog final : public MeshSource {
   void gone(store::MeshId mesh);
   /// The one object that all sessions share for this mesh.
   std::shared_ptr<const CatalogMesh> shared(store::Mesh mesh);
-  void released(store::MeshId mesh);
+  void released(const store::MeshSummary& mesh);
 
   TaskGroup& tasks_;
   store::StoreThread& reader_;

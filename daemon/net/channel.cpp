@@ -71,6 +71,7 @@ void Channel::stop_reading() {
   reading_stopped_ = true;
   error_code ignored;
   socket_.cancel(ignored);
+  progress_.notify();
 }
 
 void Channel::send(proto::Bytes frame) {
@@ -153,7 +154,7 @@ awaitable<bool> Channel::room() {
   const auto self = shared_from_this();
   std::uint64_t written = written_total_;
   Clock::time_point deadline = Clock::now() + limits_.stall;
-  while (is_open() && !has_room()) {
+  while (is_open() && !reading_stopped_ && !has_room()) {
     co_await progress_.wait_until(deadline);
     if (written_total_ != written) {
       written = written_total_;
@@ -162,7 +163,7 @@ awaitable<bool> Channel::room() {
       co_return false;
     }
   }
-  co_return is_open();
+  co_return is_open() && !reading_stopped_;
 }
 
 std::uint64_t Channel::acknowledged_position() {
@@ -171,6 +172,18 @@ std::uint64_t Channel::acknowledged_position() {
   // Never falls: bytes that reach the kernel between write and count must not look like a step back.
   if (outstanding <= written_total_) acknowledged_ = std::max(acknowledged_, written_total_ - outstanding);
   return acknowledged_;
+}
+
+Duration Channel::owed_for(Clock::time_point now) {
+  const std::uint64_t acknowledged = acknowledged_position();
+  const bool progress = acknowledged > judged_;
+  judged_ = acknowledged;
+  if (acknowledged == queued_total_) {
+    owed_since_.reset();
+    return Duration(0);
+  }
+  if (progress || !owed_since_) owed_since_ = now;
+  return now - *owed_since_;
 }
 
 awaitable<void> Channel::finish() {

@@ -50,9 +50,12 @@ class Channel : public std::enable_shared_from_this<Channel> {
   /// shared bytes they had.
   std::size_t drop_tail(std::uint64_t tag);
 
-  /// Whether less than limits.queued_bytes wait.
-  [[nodiscard]] bool has_room() const { return queued_total_ - written_total_ < limits_.queued_bytes; }
-  /// Returns when there is room. False if the channel closed, or nothing was written for limits.stall.
+  /// Whether less than limits.queued_bytes wait, in less than limits.queued_frames frames.
+  [[nodiscard]] bool has_room() const {
+    return queued_total_ - written_total_ < limits_.queued_bytes && queue_.size() < limits_.queued_frames;
+  }
+  /// Returns when there is room. False if the channel closed or is read no more, or nothing was written for
+  /// limits.stall.
   awaitable<bool> room();
   /// Called, on the loop, after something was written; never from within send() or abort().
   void on_progress(std::function<void()> progress) { on_progress_ = std::move(progress); }
@@ -63,6 +66,9 @@ class Channel : public std::enable_shared_from_this<Channel> {
   [[nodiscard]] std::uint64_t queued_position() const { return queued_total_; }
   /// The position up to which the peer's kernel has acknowledged. TCP only. One system call.
   [[nodiscard]] std::uint64_t acknowledged_position();
+  /// How long the peer has owed an acknowledgement without giving any, as far as calls of this function could see; 0
+  /// when it owes none.
+  Duration owed_for(Clock::time_point now);
   /// What that was when it was asked last.
   [[nodiscard]] std::uint64_t last_acknowledged() const { return acknowledged_; }
 
@@ -114,6 +120,8 @@ class Channel : public std::enable_shared_from_this<Channel> {
   std::uint64_t queued_total_ = 0;
   std::uint64_t written_total_ = 0;
   std::uint64_t acknowledged_ = 0;
+  std::uint64_t judged_ = 0;  ///< what was acknowledged when it was judged last
+  std::optional<Clock::time_point> owed_since_;
   Condition progress_;  ///< something was written, or the channel closed
   std::function<void()> on_progress_;
 };

@@ -18,6 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
+constexpr std::size_t kMostAbandoned = 16;
 constexpr Duration kFirstPoll = milliseconds(1);
 constexpr Duration kLongestPoll = milliseconds(20);
 
@@ -65,7 +66,8 @@ void Dispatcher::cancel(Key key) {
   it->second.cancelled = true;
   it->second.next -= transfer.session->data().drop_tail(key);
   if (it->second.stage == Stage::reading) {
-    release(key);  // what the store still answers finds nobody
+    abandon(it->second, key);
+    release(key);
     transfer.session->requests().transfer_cancelled(transfer);
   } else {
     end_sending(key);
@@ -75,7 +77,10 @@ void Dispatcher::cancel(Key key) {
 void Dispatcher::session_gone(scheduler::SessionKey session) {
   for (const Key key : scheduler_.remove_session(session, scheduler_now())) {
     waiting_.erase(key);
-    running_.erase(key);
+    if (const auto it = running_.find(key); it != running_.end()) {
+      abandon(it->second, key);
+      running_.erase(it);
+    }
   }
   turns_.erase(session);
   idle_.notify();
@@ -94,7 +99,11 @@ void Dispatcher::pump_soon() {
 
 void Dispatcher::pump() {
   if (draining_) return;
-  while (const auto request = scheduler_.take(scheduler_now())) {
+  // A read that nobody waits for any more keeps its slot from others: else a client that asks and cancels in turns
+  // would fill the store's queue with work for nobody.
+  while (abandoned_.size() < kMostAbandoned && scheduler_.running() + abandoned_.size() < scheduler_.slots()) {
+    const auto request = scheduler_.take(scheduler_now());
+    if (!request) break;
     auto node = waiting_.extract(request->key);
     Turn& turn = turns_[request->session];
     if (turn.running.empty()) {
@@ -117,8 +126,8 @@ void Dispatcher::start(Key key) {
   Running& running = running_.at(key);
   Transfer& transfer = running.transfer;
   if (transfer.list) {
-    tasks_.spawn("mesh list",
-                 read(key, meshes_.mesh_list(transfer.list->filter, transfer.list->after, transfer.list->most)));
+    begin_reading(key, "mesh list",
+                  meshes_.mesh_list(transfer.list->filter, transfer.list->after, transfer.list->most));
     return;
   }
   transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
@@ -126,14 +135,40 @@ void Dispatcher::start(Key key) {
     running.stage = Stage::sending;
     feed(key);
   } else {
-    tasks_.spawn("packet read", read(key, meshes_.read_packet(transfer.mesh, transfer.packet)));
+    begin_reading(key, "packet read", meshes_.read_packet(transfer.mesh, transfer.packet));
   }
 }
 
+void Dispatcher::begin_reading(Key key, const char* name, awaitable<store::Result<SharedBytes>> answer) {
+  tasks_.spawn(name, read(key, std::move(answer)));
+  if (const auto it = running_.find(key); it != running_.end() && it->second.stage == Stage::starting) {
+    it->second.stage = Stage::reading;
+  }
+}
+
+void Dispatcher::abandon(const Running& running, Key key) {
+  if (running.stage == Stage::reading) abandoned_.insert(key);
+}
+
 awaitable<void> Dispatcher::read(Key key, awaitable<store::Result<SharedBytes>> answer) {
+  const OnExit over([this, key] {
+    if (abandoned_.erase(key) > 0) pump_soon();
+  });
   auto bytes = co_await std::move(answer);
-  const auto it = running_.find(key);
+  auto it = running_.find(key);
   if (it == running_.end()) co_return;  // cancelled, or the session is gone
+  if (!bytes && bytes.error().code == store::ErrorCode::unknown_mesh && !it->second.transfer.list) {
+    const auto session = it->second.transfer.session;
+    const auto mesh = co_await session->requests().stored_anew(it->second.transfer.handle);
+    it = running_.find(key);
+    if (it == running_.end()) co_return;
+    if (mesh) {
+      it->second.transfer.mesh = *mesh;
+      bytes = co_await meshes_.read_packet(*mesh, it->second.transfer.packet);
+      it = running_.find(key);
+      if (it == running_.end()) co_return;
+    }
+  }
   if (bytes) {
     it->second.transfer.bytes = std::move(bytes).value();
     it->second.stage = Stage::sending;

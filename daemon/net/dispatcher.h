@@ -10,6 +10,7 @@
 #include <memory>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "daemon/net/asio.h"
@@ -55,13 +56,14 @@ class Dispatcher {
 
  private:
   enum class Stage : std::uint8_t {
+    starting,
     reading,  ///< its packet comes from the store
     sending,  ///< chunks go into the channel as it has room
     sent,     ///< its end is queued; the slot is held until that is acknowledged
   };
   struct Running {
     Transfer transfer;
-    Stage stage = Stage::reading;
+    Stage stage = Stage::starting;
     bool cancelled = false;
     std::uint64_t next = 0;          ///< offset in the packet of the next byte to send
     std::uint64_t end_position = 0;  ///< of the channel's stream, once sent
@@ -78,8 +80,11 @@ class Dispatcher {
   void pump_soon();
   void pump();
   void start(Key key);
-  /// Waits for what the store answers and goes on with it.
+  /// Sets the task going that waits for what the store answers and goes on with it.
+  void begin_reading(Key key, const char* name, awaitable<store::Result<SharedBytes>> answer);
   awaitable<void> read(Key key, awaitable<store::Result<SharedBytes>> answer);
+  /// What the store still answers finds nobody, but has to be waited for: see pump().
+  void abandon(const Running& running, Key key);
   /// Runs a step of a transfer; an exception ends its session and nothing else.
   template <typename Step>
   void guarded(Key key, Step step);
@@ -106,6 +111,7 @@ class Dispatcher {
   std::unordered_map<Key, Transfer> waiting_;
   std::unordered_map<Key, Running> running_;
   std::unordered_map<scheduler::SessionKey, Turn> turns_;
+  std::unordered_set<Key> abandoned_;  ///< transfers that are gone while the store reads for them
   Key next_key_ = 1;
   bool draining_ = false;
   bool pump_is_due_ = false;

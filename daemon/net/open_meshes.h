@@ -21,7 +21,7 @@ struct Ask {
   enum class Kind : std::uint8_t { base, next, exact };
   std::uint32_t id = 0;
   Kind kind = Kind::next;
-  std::uint32_t packet = 0;  ///< of an exact one
+  std::uint32_t packet = 0;  ///< of an exact one; 0 of a base one
   std::uint64_t offset = 0;  ///< of an exact one
   Clock::time_point at;      ///< when the client asked
 };

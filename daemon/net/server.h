@@ -75,6 +75,7 @@ class Server {
   Catalog catalog_;
   Dispatcher dispatcher_;
   JoinTable tokens_;
+  AnswerWatch answers_;
   SessionContext context_;
   AdminContext admin_context_;
   TcpAcceptor requests_;

@@ -139,6 +139,23 @@ void Session::on_data_frame(const proto::Frame& frame) {
   }
 }
 
+void Session::send(proto::Bytes frame) {
+  request_channel_->send(std::move(frame));
+  if (answers_watched_ || closed_) return;
+  answers_watched_ = true;
+  context_.answers.add(weak_from_this());
+}
+
+bool Session::owes_answers(Clock::time_point now) {
+  if (closed_) return false;
+  if (request_channel_->owed_for(now) >= context_.limits.stall) {
+    close(ErrorCode::stalled, "the request channel does not take its answers");
+    return false;
+  }
+  answers_watched_ = request_channel_->last_acknowledged() < request_channel_->queued_position();
+  return answers_watched_;
+}
+
 void Session::send_on_data(proto::Bytes frame) {
   data_->send(std::move(frame));
   if (data_->queued_frames() <= context_.limits.queued_frames) return;
@@ -152,6 +169,7 @@ void Session::send_error(std::uint32_t id, ErrorCode code, std::string_view text
 void Session::close(ErrorCode code, std::string_view why) {
   if (closed_) return;
   closed_ = true;
+  if (std::exchange(answers_watched_, false)) context_.answers.closed();
   // A client that was dropped because it held up the others is always told of: there cannot be many.
   if (code == ErrorCode::stalled || context_.log.take()) {
     spdlog::info("session {} from {}: closed: {}{}{}", key_, peer_,

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/net/answer_watch.h"
 #include "daemon/net/channel.h"
 #include "daemon/net/dispatcher.h"
 #include "daemon/net/join_table.h"
@@ -26,11 +27,13 @@ struct SessionContext {
   MeshSource& meshes;
   Dispatcher& dispatcher;
   JoinTable& tokens;
+  AnswerWatch& answers;
   const Limits& limits;
   std::uint16_t data_port = 0;
   std::string agent;  ///< name and version of the daemon
   bool draining = false;
-  LogBudget log{};  ///< for what strangers cause by coming and going
+  LogBudget log{};       ///< for what strangers cause by coming and going
+  LogBudget damage{10};  ///< for what they cause by asking for what cannot be read
 };
 
 class Session : public std::enable_shared_from_this<Session> {
@@ -58,13 +61,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void mesh_retired(store::MeshId mesh, Duration grace);
 
   [[nodiscard]] std::uint64_t key() const { return key_; }
+  /// Whether a line on something unreadable may be written now.
+  [[nodiscard]] bool may_log_damage() { return context_.damage.take(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
   /// REQUIRES: joined, as every session with a transfer is.
   [[nodiscard]] Channel& data() { return *data_; }
   [[nodiscard]] SessionRequests& requests() { return requests_; }
 
+  /// Whether the client has not acknowledged yet all that was queued on the request channel. Closes the session if it
+  /// has acknowledged nothing for limits.stall.
+  bool owes_answers(Clock::time_point now);
+
   /// Queues a frame on the request channel.
-  void send(proto::Bytes frame) { request_channel_->send(std::move(frame)); }
+  void send(proto::Bytes frame);
   void send_error(std::uint32_t id, proto::ErrorCode code, std::string_view text);
   /// Queues a frame on the data channel; closes the session when too many wait there. REQUIRES: joined.
   void send_on_data(proto::Bytes frame);
@@ -84,6 +93,7 @@ class Session : public std::enable_shared_from_this<Session> {
   SessionContext& context_;
   proto::SessionState state_ = proto::SessionState::fresh;
   bool closed_ = false;
+  bool answers_watched_ = false;
   proto::Token token_{};
   std::optional<Clock::time_point> deadline_;  ///< of hello, then of join
   SessionRequests requests_;

@@ -146,9 +146,7 @@ void SessionRequests::advance(OpenMeshes::Handle handle) {
   const store::Mesh& mesh = open.mesh->mesh;
   while (!open.busy && !open.line.empty()) {
     const Ask ask = open.line.front();
-    if (ask.kind == Ask::Kind::base) open.place = 0;
-    const bool exact = ask.kind == Ask::Kind::exact;
-    const std::uint32_t packet = exact ? ask.packet : open.place;
+    const std::uint32_t packet = ask.kind == Ask::Kind::next ? open.place : ask.packet;
     if (packet < mesh.levels.size()) {
       Transfer transfer;
       transfer.session = session_.shared_from_this();
@@ -183,6 +181,14 @@ void SessionRequests::cancel(std::uint32_t id) {
   end(id, proto::TransferResult::cancelled);
 }
 
+awaitable<std::optional<store::MeshId>> SessionRequests::stored_anew(OpenMeshes::Handle handle) {
+  const auto found = co_await source_.find_generation(meshes_.find(handle)->mesh->mesh.summary.generation);
+  OpenMesh* open = meshes_.find(handle);
+  if (!found || open == nullptr) co_return std::nullopt;
+  open->mesh = found.value();
+  co_return found.value()->mesh.summary.id;
+}
+
 void SessionRequests::transfer_complete(const Transfer& transfer) {
   if (OpenMesh* open = meshes_.find(transfer.handle)) open->place = transfer.packet + 1;
   end(transfer.id, proto::TransferResult::complete);
@@ -206,7 +212,7 @@ void SessionRequests::over(const Transfer& transfer) {
 
 void SessionRequests::transfer_failed(const Transfer& transfer, const store::Error& error) {
   if (transfer.list) {
-    spdlog::error("session {}: mesh list: {}: {}", session_.key(), store::error_name(error.code), error.detail);
+    log_unreadable("mesh list", error);
     lists_.erase(transfer.id);
     refuse(transfer.id, ErrorCode::internal_error, "the mesh list cannot be read at present");
     return;
@@ -215,8 +221,7 @@ void SessionRequests::transfer_failed(const Transfer& transfer, const store::Err
   const ErrorCode code = gone ? ErrorCode::mesh_changed : ErrorCode::unavailable;
   OpenMesh& open = *meshes_.find(transfer.handle);
   if (!gone) {
-    spdlog::error("mesh \"{}\", packet {}: {}: {}", open.mesh->mesh.summary.name, transfer.packet,
-                  store::error_name(error.code), error.detail);
+    log_unreadable("mesh \"" + open.mesh->mesh.summary.name + "\", packet " + std::to_string(transfer.packet), error);
   }
   open.dead = code;
   open.busy.reset();
@@ -251,8 +256,12 @@ void SessionRequests::refuse(std::uint32_t id, ErrorCode code, std::string_view 
   session_.send_error(id, code, text);
 }
 
+void SessionRequests::log_unreadable(const std::string& what, const store::Error& error) {
+  if (session_.may_log_damage()) spdlog::error("{}: {}: {}", what, store::error_name(error.code), error.detail);
+}
+
 void SessionRequests::refuse_unreadable(std::uint32_t id, const std::string& what, const store::Error& error) {
-  spdlog::error("mesh {}: {}: {}", what, store::error_name(error.code), error.detail);
+  log_unreadable("mesh " + what, error);
   refuse(id, ErrorCode::unavailable, "the mesh cannot be read at present");
 }
 

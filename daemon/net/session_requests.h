@@ -40,6 +40,10 @@ class SessionRequests {
   /// It cannot be sent; no chunk of it was queued.
   void transfer_failed(const Transfer& transfer, const store::Error& error);
 
+  /// For a transfer whose mesh is gone: where the same content is stored by now, which the handle then holds; none if
+  /// nowhere. REQUIRES: the session is alive until the end.
+  awaitable<std::optional<store::MeshId>> stored_anew(OpenMeshes::Handle handle);
+
   /// The mesh was replaced or removed; its packets can be read for `grace` more.
   void mesh_retired(store::MeshId mesh, Duration grace);
 
@@ -67,6 +71,7 @@ class SessionRequests {
   void over(const Transfer& transfer);
   void end(std::uint32_t id, proto::TransferResult result);
   void refuse(std::uint32_t id, proto::ErrorCode code, std::string_view text);
+  void log_unreadable(const std::string& what, const store::Error& error);
   void refuse_unreadable(std::uint32_t id, const std::string& what, const store::Error& error);
 
   Session& session_;

@@ -7,7 +7,7 @@ import struct
 import packets
 import wire
 from session import Failed
-from suite import checks, expect, expect_complete
+from suite import checks, expect, expect_complete, expect_refused
 
 _ENTRY = struct.Struct("<QIIIQBBB6d")
 
@@ -132,6 +132,17 @@ def filter_and_after_too_long(context):
         with context.session() as line:
             line.send("get_mesh_list", **{"id": 3, "filter": "", "after": "", "most": 1, **fields})
             line.expect_end("malformed")
+
+
+@checks("E-1", "R-3")
+def a_list_that_cannot_be_read(context):
+    with context.operator.server({"m": packets.make([100], "m")}) as server, context.session(server.address) as line:
+        with server.without_list():  # nobody has asked for the list yet, so the server has to read it
+            for text in ("", "m"):
+                request = line.finish(line.ask("get_mesh_list", filter=text, after="", most=0))
+                expect_refused(request, "internal_error")
+        expect("the request was all that ended; names", ["m"], names_of(everything(line)))
+        expect_complete(line.finish(line.ask("get_base_mesh", name="m")))
 
 
 @checks("L-1", "R-5")

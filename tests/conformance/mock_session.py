@@ -179,10 +179,7 @@ class MockSession:
             return self.refuse(message, "unknown_mesh"), 0
         handle = self.open_mesh(message, self.meshes[message.fields["name"]])
 
-        def source():
-            self.places[handle] = 0
-            return self._packet(handle)
-        return source, handle
+        return lambda: (self.names[handle].packets[0], 0, 0), handle
 
     def _get_next_packet(self, message):
         handle = message.handle or self.last
@@ -203,10 +200,7 @@ class MockSession:
             handle = self.open_mesh(message, file)
             self.places[handle] = message.packet
 
-        def source():
-            self.places[handle] = message.packet
-            return file.packets[message.packet], message.offset, message.packet
-        return source, handle
+        return lambda: (file.packets[message.packet], message.offset, message.packet), handle
 
     def open_mesh(self, message, file):
         handle = next((h for h, f in self.names.items() if f is file), len(self.names) + 1)

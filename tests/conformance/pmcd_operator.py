@@ -5,6 +5,7 @@ A server of another make needs a class with the same methods. Daemons listen on 
 of their own, and are ended by their process id.
 """
 
+import contextlib
 import pathlib
 import signal
 import socket
@@ -107,6 +108,19 @@ class Server:
             base.close()
         if not changed:
             raise NotTried(f"the database has no blob of {size} bytes")
+
+    @contextlib.contextmanager
+    def without_list(self):
+        """Meanwhile the daemon finds no mesh table, so it cannot read the list; what it keeps of it stays known."""
+        self._change("ALTER TABLE mesh RENAME TO away")
+        try:
+            yield
+        finally:
+            self._change("ALTER TABLE away RENAME TO mesh")
+
+    def _change(self, statement):
+        with contextlib.closing(sqlite3.connect(self.database, timeout=5)) as base, base:
+            base.execute(statement)
 
     def lock(self):
         """Locks the database against the daemon's writes, until the server's end."""

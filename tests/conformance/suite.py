@@ -60,7 +60,7 @@ class Operator:
         """A server of the check's own with `meshes` (name: PacketFile) and `options`, as a context manager.
 
         Options are those of pmcd with underscores: stall_timeout=0.5. The server has address, admin_socket,
-        put(name, file), remove(name), terminate(), crash(), damage(size), lock() (see pmcd_operator.py).
+        put(name, file), remove(name), terminate(), crash(), damage(size), lock(), without_list() (see pmcd_operator.py).
         """
         raise NotTried("needs an operator's hook: a server with other options or meshes that change")
 

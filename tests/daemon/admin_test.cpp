@@ -40,7 +40,8 @@ TEST(Admin, HelloAndRefusals) {
 TEST(Admin, ListShowRemoveStatus) {
   ServerInThread server({}, 3);
   auto admin = RawAdmin::open(server.admin_socket());
-  EXPECT_EQ(json::parse(admin.answer(encode(proto::AdminList{1}))), (json{{"meshes", json::array()}}));
+  EXPECT_EQ(json::parse(admin.answer(encode(proto::AdminList{1}))),
+            (json{{"meshes", json::array()}, {"damaged", json::array()}}));
   const FakeMesh mesh = fake_mesh(1, {100, 2000, 30});
   ASSERT_EQ(admin.ingest("m", mesh), "ok");
   const json list = json::parse(admin.answer(encode(proto::AdminList{2})));

@@ -92,6 +92,29 @@ TEST_F(CancelTest, WaitingRequestsEndAtOnceWithoutAChunk) {
   EXPECT_EQ(client.next_transfer().bytes, big.packets[1]);
 }
 
+TEST_F(CancelTest, AnOpeningAnewThatIsCancelledWhileItWaitsLeavesThePlace) {
+  const FakeMesh big = fake_mesh(2, {8'000'000});
+  const FakeMesh mesh = fake_mesh(3, {100, 200, 300});
+  ingest("big", big);
+  ingest("m", mesh);
+  auto client = session();
+  const auto handle = client.open_mesh(1, "m").handle;
+  client.next_transfer();
+  client.requests.send(proto::encode(proto::GetNextPacket{2, handle}));
+  EXPECT_EQ(client.next_transfer().packet, 1U);
+  auto holder = session(4096);
+  holder.open_mesh(1, "big");
+  ASSERT_TRUE(holder.data.stirs(kPatience)) << "it has the only slot";
+  EXPECT_EQ(client.open_mesh(3, "m").handle, handle);
+  client.requests.send(proto::encode(proto::Cancel{3}));
+  std::uint64_t bytes = 0;
+  EXPECT_EQ(next_end(client, bytes).result, TransferResult::cancelled);
+  EXPECT_EQ(bytes, 0U);
+  holder.requests.send(proto::encode(proto::Goodbye{}));
+  client.requests.send(proto::encode(proto::GetNextPacket{4, handle}));
+  EXPECT_EQ(client.next_transfer().packet, 2U);
+}
+
 TEST_F(CancelTest, WhatIsNotOpenIsIgnored) {
   const FakeMesh mesh = fake_mesh(4, {100, 200});
   ingest("m", mesh);

@@ -224,6 +224,36 @@ TEST_F(FaultTest, SameContentIngestedAgainGoesOn) {
   EXPECT_EQ(session.next_transfer().bytes, mesh.packets[1]);
 }
 
+TEST(Grace, SameContentIngestedAgainOutlivesIt) {
+  net::Limits limits;
+  limits.grace = milliseconds(100);
+  ServerInThread server(limits);
+  const FakeMesh mesh = fake_mesh(8, {10, 20, 30});
+  auto admin = RawAdmin::open(server.admin_socket());
+  ASSERT_EQ(admin.ingest("m", mesh), "ok");
+  auto session = RawSession::open(server.request_port());
+  const auto opened = session.open_mesh(1, "m");
+  session.next_transfer();
+  ASSERT_EQ(admin.ingest("m", mesh, true), "replaced");
+  std::this_thread::sleep_for(milliseconds(400));
+  session.requests.send(proto::encode(proto::GetNextPacket{2, opened.handle}));
+  const auto transfer = session.next_transfer();
+  EXPECT_EQ(transfer.packet, 1U);
+  EXPECT_EQ(transfer.bytes, mesh.packets[1]);
+}
+
+TEST_F(FaultTest, AnswersThatAreNotTakenEndTheSessionThoughItIsSilent) {
+  auto session = RawSession::open(server_.request_port(), 0, 4096);
+  ASSERT_TRUE(sessions_become(1));
+  proto::Bytes pings;
+  for (std::uint32_t id = 1; id <= 5'000; ++id) {
+    const proto::Bytes ping = proto::encode(proto::Ping{id});
+    pings.insert(pings.end(), ping.begin(), ping.end());
+  }
+  session.requests.send(pings);
+  EXPECT_TRUE(sessions_become(0)) << "50 KB of answers wait, in a window of a few";
+}
+
 TEST_F(FaultTest, DamagedPacketMakesItsMeshUnavailableAndNothingElse) {
   const FakeMesh mesh = fake_mesh(9, {10, 20, 30});
   const FakeMesh good = fake_mesh(10, {10, 20});

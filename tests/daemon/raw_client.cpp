@@ -142,9 +142,9 @@ proto::Notice expect_notice(RawConnection& connection, proto::NoticeKind kind) {
   return notice;
 }
 
-RawSession RawSession::open(std::uint16_t request_port, int receive_buffer) {
+RawSession RawSession::open(std::uint16_t request_port, int receive_buffer, int request_buffer) {
   RawSession session;
-  session.requests = RawConnection::tcp(request_port);
+  session.requests = RawConnection::tcp(request_port, request_buffer);
   session.requests.send(proto::encode(proto::Hello{{}, "raw client"}));
   const auto hello = expect<proto::HelloOk>(session.requests);
   session.data = RawConnection::tcp(hello.data_port, receive_buffer);

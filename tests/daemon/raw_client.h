@@ -106,8 +106,8 @@ struct RawSession {
   RawConnection requests;
   RawConnection data;
 
-  /// `receive_buffer`: of the data channel, in bytes; 0 leaves it to the kernel.
-  static RawSession open(std::uint16_t request_port, int receive_buffer = 0);
+  /// Receive buffers of the data and the request channel, in bytes; 0 leaves them to the kernel.
+  static RawSession open(std::uint16_t request_port, int receive_buffer = 0, int request_buffer = 0);
 
   /// Reads chunks until some transfer ends, checks that they are in order and without gaps, and returns that transfer.
   RawTransfer next_transfer();

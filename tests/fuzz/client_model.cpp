@@ -334,7 +334,6 @@ void ClientModel::begin(Request& request, const proto::ChunkHeader& header) {
   check(place_in_line(request) != Place::behind, "a request overtakes another of its mesh");
   if (request.kind == Kind::base) {
     check(header.packet == 0, "get_base_mesh brings another packet than 0");
-    handle.places = {0};
   } else if (request.kind == Kind::exact) {
     check(header.packet == request.packet, "get_packet brings another packet");
     check(handle.generation == request.generation, "get_packet brings another generation");
@@ -380,7 +379,6 @@ void ClientModel::transfer_end(const proto::TransferEnd& end) {
       break;
     case TransferResult::cancelled:
       check(request.cancel_sent, "a request is cancelled that nobody cancelled");
-      cancelled(request);
       break;
     case TransferResult::end_of_mesh:
       check(request.kind == Kind::next && !request.begun, "the end of the mesh after a chunk, or for no next packet");
@@ -395,15 +393,6 @@ void ClientModel::transfer_end(const proto::TransferEnd& end) {
       broken("a transfer fails behind its beginning");
   }
   open_.erase(end.id);
-}
-
-void ClientModel::cancelled(const Request& request) {
-  // The place does not move; but get_base_mesh puts it at 0 when its turn comes, cancelled or not.
-  if (request.kind != Kind::base || !handles_.contains(request.handle)) return;
-  const Place place = place_in_line(request);
-  std::set<std::uint32_t>& places = handles_.at(request.handle).places;
-  if (place == Place::front) places = {0};
-  if (place == Place::unknown) places.insert(0);
 }
 
 void ClientModel::settled(bool session_closed, bool heard, bool idle) {

@@ -92,7 +92,6 @@ class ClientModel {
   void chunk(const proto::ChunkView& chunk);
   void begin(Request& request, const proto::ChunkHeader& header);
   void transfer_end(const proto::TransferEnd& end);
-  void cancelled(const Request& request);
   void expect(std::deque<std::uint32_t>& wanted, std::uint32_t id, const char* what);
   /// Whether all requests that come before this one in the line of its handle are over.
   [[nodiscard]] Place place_in_line(const Request& request) const;

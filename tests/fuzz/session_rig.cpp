@@ -76,7 +76,8 @@ SessionRig::SessionRig(const RigOptions& options)
       tasks_(io_.get_executor()),
       source_(io_.get_executor()),
       dispatcher_(scheduler::Scheduler(scheduler::make_rule("fifo"), options.slots), source_, tasks_, limits_),
-      context_{source_, dispatcher_, tokens_, limits_, 1, "fuzzed", false} {}
+      answers_(tasks_, limits_),
+      context_{source_, dispatcher_, tokens_, answers_, limits_, 1, "fuzzed", false} {}
 
 SessionRig::~SessionRig() = default;
 

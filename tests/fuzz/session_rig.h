@@ -127,6 +127,7 @@ class SessionRig {
   MemorySource source_;
   net::Dispatcher dispatcher_;
   net::JoinTable tokens_;
+  net::AnswerWatch answers_;
   net::SessionContext context_;
   std::vector<std::unique_ptr<Client>> clients_;
 };
