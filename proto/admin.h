@@ -13,7 +13,8 @@
 // list:   {"meshes":[mesh...],"damaged":[{"name","error"}...]} ascending by name.
 // show:   mesh and "levels":[{"level","bytes","vertices","faces","error_rms"|null,"error_max"|null,"crc32c" (8 hex)}]
 // remove: {"removed":name,"generation"}
-// status: {"version","protocol":"1.0","rule","slots","sessions","waiting","running","meshes","damaged_meshes","listen","request_port",
+// status:
+// {"version","protocol":"1.0","rule","slots","sessions","waiting","running","meshes","damaged_meshes","listen","request_port",
 //          "data_port","started_at","uptime_seconds"}
 #pragma once
 
