@@ -7,7 +7,6 @@
 #include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -20,6 +19,7 @@
 
 #include "daemon/config.h"
 #include "daemon/net/asio.h"
+#include "daemon/net/descriptor_budget.h"
 #include "daemon/net/server.h"
 #include "daemon/scheduler/registry.h"
 #include "daemon/store/store_thread.h"
@@ -32,8 +32,6 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
-/// Descriptors that are not sessions: database, logs, listeners, admin connections, uploads.
-constexpr std::size_t kOtherDescriptors = 256;
 
 /// The level as journald understands it on stderr: "<6>" for info.
 class Priority final : public spdlog::custom_flag_formatter {
@@ -63,16 +61,25 @@ void set_up_log(const std::string& level) {
   spdlog::set_default_logger(std::move(logger));
 }
 
-/// Raises the limit of descriptors as far as it goes and returns how many sessions (two each) it allows.
-std::size_t sessions_that_fit(std::size_t wanted) {
+/// Raises the limit of descriptors as far as it goes and lowers `limits` to what it allows. False if it is too low.
+bool respect_descriptors(net::Limits& limits) {
   rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return wanted;
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return true;
   limit.rlim_cur = limit.rlim_max;
   if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) ::getrlimit(RLIMIT_NOFILE, &limit);
   const std::size_t descriptors = limit.rlim_cur;
-  const std::size_t fit = descriptors > 2 * kOtherDescriptors ? (descriptors - kOtherDescriptors) / 2 : 16;
-  if (fit < wanted) spdlog::warn("{} descriptors allow {} sessions, not {}", descriptors, fit, wanted);
-  return std::min(fit, wanted);
+  if (descriptors < net::kFewestDescriptors) {
+    spdlog::critical(
+        "{} descriptors (RLIMIT_NOFILE) are too few: at least {} are needed, and two more for each session",
+        descriptors, net::kFewestDescriptors);
+    return false;
+  }
+  const net::Limits fit = net::fit_descriptors(limits, descriptors);
+  if (fit.sessions < limits.sessions) {
+    spdlog::warn("{} descriptors allow {} sessions, not {}", descriptors, fit.sessions, limits.sessions);
+  }
+  limits = fit;
+  return true;
 }
 
 /// Waits for a signal, ends the server in order, and stops the loop. A second signal ends the process at once.
@@ -128,7 +135,7 @@ int serve(const Config& config) {
   options.data_port = config.data_port;
   options.admin_socket = config.admin_socket;
   options.version = PMCD_VERSION;
-  options.limits.sessions = sessions_that_fit(config.max_sessions);
+  options.limits.sessions = config.max_sessions;
   options.limits.sessions_per_address = config.max_sessions_per_address;
   options.limits.hello = config.hello_timeout;
   options.limits.join = config.join_timeout;
@@ -137,6 +144,7 @@ int serve(const Config& config) {
   options.limits.drain = config.drain_timeout;
   options.limits.grace = config.grace_time;
   options.limits.cache_bytes = config.cache_bytes;
+  if (!respect_descriptors(options.limits)) return kFailed;
 
   // For running transfers, then for what lingers or is being committed, and a margin.
   const net::Duration longest_end =

@@ -6,11 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <sstream>
 #include <utility>
 #include <vector>
 
+#include "daemon/net/farewell.h"
 #include "daemon/net/on_exit.h"
 #include "proto/text.h"
 
@@ -21,10 +23,11 @@ namespace {
 constexpr std::size_t kRequestBuffer = 1024;
 constexpr std::size_t kDataBuffer = 256;
 constexpr std::size_t kAdminBuffer = 64 * 1024;
-/// Connections over the limit are told so, but no more than these at a time.
-constexpr std::size_t kMaxTurnedAway = 64;
-/// Data connections beyond the number of sessions: those whose session has just ended and gone may still linger.
-constexpr std::size_t kSpareDataConnections = 32;
+
+/// All of the admin socket's count as one.
+AddressTable::Key admin_address() {
+  return AddressTable::Key(asio::ip::address_v4::any());
+}
 
 std::uint64_t inode_of(const std::string& path) {
   struct stat status {};
@@ -52,7 +55,8 @@ Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThr
       data_(io),
       admin_(io),
       session_addresses_(options_.limits.sessions_per_address),
-      joining_addresses_(options_.limits.sessions_per_address) {
+      joining_addresses_(options_.limits.sessions_per_address),
+      lingering_addresses_(std::max<std::size_t>(1, options_.limits.turned_away / 4)) {
   catalog_.on_retired([this](store::MeshId mesh, Duration grace) {
     for (const auto& [key, weak] : sessions_) {
       if (const auto session = weak.lock()) session->mesh_retired(mesh, grace);
@@ -100,13 +104,13 @@ void Server::accept_request(TcpSocket socket) {
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kRequestBuffer);
   const AddressTable::Key address(endpoint.address());
   if (sessions_.size() >= options_.limits.sessions) {
-    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
-                                        "the daemon serves as many sessions as it may; try again later"));
+    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+              "the daemon serves as many sessions as it may; try again later");
     return;
   }
   if (!session_addresses_.enter(address)) {
-    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
-                                        "your address has as many sessions as it may"));
+    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+              "your address has as many sessions as it may");
     return;
   }
   const std::uint64_t key = next_key_++;
@@ -123,9 +127,10 @@ void Server::accept_data(TcpSocket socket) {
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kDataBuffer);
   const AddressTable::Key address(endpoint.address());
   // Together with those that have joined: descriptors are counted on for one data connection a session.
-  if (data_connections_ >= options_.limits.sessions + kSpareDataConnections || !joining_addresses_.enter(address)) {
-    tasks_.spawn("turn away", turn_away(std::move(channel), proto::ErrorCode::too_many_sessions,
-                                        "too many data connections wait to join"));
+  if (data_connections_ >= options_.limits.sessions + options_.limits.spare_data_connections ||
+      !joining_addresses_.enter(address)) {
+    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+              "too many data connections wait to join");
     return;
   }
   ++data_connections_;
@@ -136,10 +141,9 @@ void Server::accept_admin(UnixSocket socket) {
   const auto peer = peer_identity(socket.native_handle());
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
   if (context_.draining || admins_.size() >= options_.limits.admin_connections) {
-    tasks_.spawn("turn away",
-                 turn_away(std::move(channel),
-                           context_.draining ? proto::ErrorCode::shutting_down : proto::ErrorCode::too_many_sessions,
-                           "no more admin connections are taken now"));
+    turn_away(std::move(channel), admin_address(),
+              context_.draining ? proto::ErrorCode::shutting_down : proto::ErrorCode::too_many_sessions,
+              "no more admin connections are taken now");
     return;
   }
   const std::uint64_t key = next_key_++;
@@ -198,21 +202,31 @@ awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable:
       }
     }
   }
-  co_await turn_away(std::move(channel), refusal.code, refusal.detail);
+  turn_away(std::move(channel), address, refusal.code, refusal.detail);
 }
 
-awaitable<void> Server::turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text) {
-  if (turned_away_ >= kMaxTurnedAway) {
-    channel->abort();
-    co_return;
-  }
-  ++turned_away_;
-  const OnExit place([this] { --turned_away_; });
+void Server::turn_away(std::shared_ptr<Channel> channel, const AddressTable::Key& address, proto::ErrorCode code,
+                       const std::string& text) {
   if (context_.log.take()) spdlog::info("connection refused: {}: {}", proto::code_name(code), text);
   proto::ErrorMessage message;
   message.code = code;
   message.text = proto::printable(text, proto::kMaxErrorTextBytes);
-  channel->send(proto::encode(message));
+  proto::Bytes frame = proto::encode(message);
+  if (lingering_ < options_.limits.turned_away && lingering_addresses_.enter(address)) {
+    ++lingering_;
+    channel->send(std::move(frame));
+    tasks_.spawn("turn away", let_linger(std::move(channel), address));
+  } else {
+    say_farewell(channel->native_handle(), frame);
+    channel->abort();
+  }
+}
+
+awaitable<void> Server::let_linger(std::shared_ptr<Channel> channel, AddressTable::Key address) {
+  const OnExit place([this, address] {
+    --lingering_;
+    lingering_addresses_.leave(address);
+  });
   co_await channel->finish();
 }
 

@@ -65,8 +65,10 @@ class Server {
   /// Its first frame, which is to join a session.
   awaitable<void> let_join(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
-  /// Tells a connection that it cannot stay.
-  awaitable<void> turn_away(std::shared_ptr<Channel> channel, proto::ErrorCode code, std::string text);
+  /// Tells a connection that it cannot stay, and lets it linger if there is a place for that.
+  void turn_away(std::shared_ptr<Channel> channel, const AddressTable::Key& address, proto::ErrorCode code,
+                 const std::string& text);
+  awaitable<void> let_linger(std::shared_ptr<Channel> channel, AddressTable::Key address);
   void close_listeners();
   StatusReport status() const;
 
@@ -84,12 +86,13 @@ class Server {
   std::uint16_t request_port_ = 0;
   std::uint64_t next_key_ = 1;
   AddressTable session_addresses_;
-  AddressTable joining_addresses_;  ///< of data connections that have not joined yet
+  AddressTable joining_addresses_;    ///< of data connections that have not joined yet
+  AddressTable lingering_addresses_;  ///< of connections that are being told to go
   std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
   std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;
   std::map<std::uint64_t, std::weak_ptr<Channel>> joining_;  ///< data connections that have not joined yet
   std::size_t data_connections_ = 0;                         ///< those and the ones that have joined
-  std::size_t turned_away_ = 0;                              ///< connections that are being told to go
+  std::size_t lingering_ = 0;                                ///< connections that are being told to go
   std::uint64_t admin_inode_ = 0;
   Clock::time_point started_;
   std::int64_t started_at_ = 0;

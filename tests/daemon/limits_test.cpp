@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -133,75 +134,102 @@ TEST_F(LimitsTest, DataConnectionsThatHaveNotJoined) {
   EXPECT_EQ(data_answer(late, other.hello.token), "join_ok");
 }
 
-TEST_F(LimitsTest, NotEvenTheRefusedArePlentiful) {
+TEST_F(LimitsTest, AllThatAreRefusedAreToldAndFewOfThemLinger) {
   DaemonProcess daemon(folder_.path(), {"--max-sessions", "1"});
   Greeting in = greet(2, daemon.request_port());
   ASSERT_EQ(in.refusal, "");
-  std::vector<RawConnection> crowd;
-  for (int i = 0; i < 200; ++i) crowd.push_back(connect_from(3, daemon.request_port()));
-  std::size_t told = 0;
-  std::size_t closed = 0;
-  for (RawConnection& connection : crowd) {
-    // The first of them are told; they do not close their side, and so hold a place for as long as one lingers.
-    const auto frame = connection.read();
-    (frame ? told : closed) += 1;
-    if (frame) {
-      EXPECT_EQ(proto::decode<proto::ErrorMessage>(frame->body).value().code, proto::ErrorCode::too_many_sessions);
+  const std::size_t calm = open_descriptors(daemon.id());
+  for (const bool talks : {false, true}) {
+    std::vector<RawConnection> crowd;
+    for (int i = 0; i < 200; ++i) {
+      crowd.push_back(connect_from(3, daemon.request_port()));
+      if (talks) crowd.back().send(proto::encode(proto::Hello{{}, "x"}));
     }
+    std::size_t told = 0;
+    for (RawConnection& connection : crowd) told += expect_error(connection, 0) == "too_many_sessions" ? 1 : 0;
+    EXPECT_EQ(told, crowd.size());
+    // None has closed its side yet.
+    EXPECT_LE(open_descriptors(daemon.id()), calm + 64 / 4) << "of one address";
+    // Neither does the crowd take the places of other addresses.
+    RawConnection stranger = connect_from(7, in.hello.data_port);
+    EXPECT_EQ(data_answer(stranger, proto::Token{}), "bad_token");
+    for (RawConnection& connection : crowd) EXPECT_TRUE(connection.closes());
   }
-  RecordProperty("told", static_cast<int>(told));
-  EXPECT_EQ(told + closed, crowd.size());
-  EXPECT_GE(told, 64U);
-  EXPECT_GT(closed, 0U);
   in.connection.send(proto::encode(proto::Ping{1}));
   EXPECT_EQ(expect<proto::Pong>(in.connection).id, 1U);
-  crowd.clear();
   in.connection.close();
   EXPECT_EQ(greet_patiently(2, daemon.request_port()).refusal, "");
 }
 
-TEST_F(LimitsTest, AsManySessionsAsTheDescriptorsAllow) {
+/// A limit of descriptors, and what it allows beside the three listeners and the database.
+struct Budget {
+  rlim_t descriptors;
+  std::size_t sessions;
+  std::ptrdiff_t spare;  ///< data connections that are not of a session
+};
+
+void PrintTo(const Budget& budget, std::ostream* out) {
+  *out << budget.descriptors << " descriptors";
+}
+
+class DescriptorsTest : public LimitsTest, public ::testing::WithParamInterface<Budget> {};
+
+TEST_P(DescriptorsTest, NobodyIsLetInForWhomThereIsNone) {
   if (kSanitized) GTEST_SKIP() << "UBSan's look at an object needs a descriptor, and takes the lack of one for a fault";
-  DaemonProcess daemon(folder_.path(), {"--max-sessions-per-address", "100000"}, [] {
-    const rlimit few{700, 700};
+  const Budget budget = GetParam();
+  DaemonProcess daemon(folder_.path(), {"--max-sessions-per-address", "100000"}, [budget] {
+    const rlimit few{budget.descriptors, budget.descriptors};
     ::setrlimit(RLIMIT_NOFILE, &few);
   });
-  EXPECT_NE(daemon.log().find("700 descriptors allow 222 sessions, not 9000"), std::string::npos) << daemon.log();
+  const std::string count = std::to_string(budget.sessions);
+  EXPECT_NE(
+      daemon.log().find(std::to_string(budget.descriptors) + " descriptors allow " + count + " sessions, not 9000"),
+      std::string::npos)
+      << daemon.log();
   std::vector<Greeting> in;
   std::vector<RawConnection> data;
-  for (int i = 0; i < 222; ++i) {
+  for (std::size_t i = 0; i < budget.sessions; ++i) {
     in.push_back(greet(2, daemon.request_port()));
     ASSERT_EQ(in.back().refusal, "");
     data.push_back(connect_from(2, in.back().hello.data_port));
     ASSERT_EQ(data_answer(data.back(), in.back().hello.token), "join_ok");
   }
-  EXPECT_EQ(greet(2, daemon.request_port()).refusal.substr(0, 18), "too_many_sessions:");
+  std::vector<Greeting> refused;
+  for (int i = 0; i < 100; ++i) {
+    refused.push_back(greet(2, daemon.request_port()));
+    ASSERT_EQ(refused.back().refusal.substr(0, 18), "too_many_sessions:");
+  }
   // Data connections that never join take no more descriptors than were set aside, and the operator still gets in.
   std::vector<RawConnection> crowd;
-  for (int i = 0; i < 400; ++i) crowd.push_back(connect_from(3, in[0].hello.data_port));
-  // All but the 32 places that are set aside are turned away, sooner or later: what is measured below is the calm
-  // after.
+  for (int i = 0; i < 200; ++i) crowd.push_back(connect_from(3, in[0].hello.data_port));
   const auto turned_away = [&crowd] {
     return std::count_if(crowd.begin(), crowd.end(), [](RawConnection& one) { return one.stirs(milliseconds(0)); });
   };
   const auto deadline = Clock::now() + kPatience;
-  while (turned_away() < 400 - 32 && Clock::now() < deadline) std::this_thread::sleep_for(milliseconds(10));
-  EXPECT_EQ(turned_away(), 400 - 32);
+  while (turned_away() < 200 - budget.spare && Clock::now() < deadline) std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_EQ(turned_away(), 200 - budget.spare);
   auto admin = RawAdmin::open(daemon.admin_socket());
-  EXPECT_NE(admin.answer(proto::encode(proto::AdminStatus{1})).find("\"sessions\":222"), std::string::npos);
+  EXPECT_NE(admin.answer(proto::encode(proto::AdminStatus{1})).find("\"sessions\":" + count), std::string::npos);
+  EXPECT_EQ(admin.ingest("m", fake_mesh(1, {100, 20'000, 300'000})), "ok");
   const long before = cpu_ms(daemon.id());
   const auto start = Clock::now();
-  std::this_thread::sleep_for(milliseconds(1'000));
+  std::this_thread::sleep_for(milliseconds(300));
   const long used = cpu_ms(daemon.id()) - before;
   const auto passed = std::chrono::duration_cast<milliseconds>(Clock::now() - start).count();
-  RecordProperty("cpu_ms", static_cast<int>(used));
   EXPECT_LT(used, passed / 5) << "somebody spins";
   EXPECT_EQ(daemon.log().find("Too many open files"), std::string::npos) << daemon.log();
+  EXPECT_LE(open_descriptors(daemon.id()), budget.descriptors);
   crowd.clear();
   data.clear();
   in.clear();
   EXPECT_EQ(greet_patiently(2, daemon.request_port()).refusal, "");
 }
+
+INSTANTIATE_TEST_SUITE_P(Limits, DescriptorsTest,
+                         ::testing::Values(Budget{38, 1, 1}, Budget{40, 2, 1}, Budget{64, 8, 1}, Budget{100, 17, 3},
+                                           Budget{400, 92, 16}, Budget{513, 120, 21}, Budget{700, 167, 30},
+                                           Budget{900, 258, 32}),
+                         [](const auto& one) { return "Of" + std::to_string(one.param.descriptors); });
 
 }  // namespace
 }  // namespace pmcd::test

@@ -9,7 +9,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 
@@ -37,6 +39,12 @@ inline std::size_t resident_kib(pid_t process) {
     if (word == "VmRSS:") status >> kib;
   }
   return kib;
+}
+
+/// Descriptors that a process has open.
+inline std::size_t open_descriptors(pid_t process) {
+  const std::filesystem::directory_iterator all("/proc/" + std::to_string(process) + "/fd");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
 /// User and system time that a process has used, in ms.

@@ -203,12 +203,21 @@ long cpu_ticks(pid_t process) {
   return user + system;
 }
 
+TEST_F(ProcessTest, TooFewDescriptorsToBeginWith) {
+  std::vector<std::string> command = options("few");
+  command.insert(command.begin(), {"/bin/sh", "-c", "ulimit -n 37; exec \"$@\"", "sh", PMCD_PROGRAM});
+  const Ended ended = run_program(command, folder_.path());
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_NE(ended.output.find("37 descriptors (RLIMIT_NOFILE) are too few: at least 38 are needed"), std::string::npos)
+      << ended.output;
+}
+
 TEST_F(ProcessTest, WithoutDescriptorsAcceptDoesNotSpinAndRecovers) {
   if (kSanitized) GTEST_SKIP() << "UBSan's look at an object needs a descriptor, and takes the lack of one for a fault";
-  DaemonProcess daemon(folder_.path(), {}, [] {
-    const rlimit few{30, 30};
-    ::setrlimit(RLIMIT_NOFILE, &few);
-  });
+  DaemonProcess daemon(folder_.path());
+  // At its start it would refuse so few, and later it counts on them: so somebody has to take them away.
+  const rlimit few{30, 30};
+  ASSERT_EQ(::prlimit(daemon.id(), RLIMIT_NOFILE, &few, nullptr), 0);
   std::vector<RawConnection> flood;
   for (int i = 0; i < 60; ++i) {
     flood.push_back(RawConnection::tcp(daemon.request_port()));
