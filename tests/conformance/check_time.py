@@ -269,6 +269,8 @@ def too_many_sessions(context):
             with context.session(server.address, greet=False) as third:
                 third.request.send(wire.message("hello", agent="third"))
                 third.expect_end("too_many_sessions")
+            with context.session(server.address, greet=False) as silent:
+                silent.expect_end("too_many_sessions")
             _base(one, "m")
             _base(two, "m")
             two.send("goodbye")
