@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstddef>
 #include <utility>
 
 #include "proto/text.h"
@@ -153,13 +154,14 @@ awaitable<bool> AdminConnection::on_command(FrameType type, proto::ByteView body
 }
 
 awaitable<void> AdminConnection::list(std::uint32_t id) {
-  const auto meshes = co_await context_.catalog.summaries();
-  log("list", "", meshes ? "done" : meshes.error().detail);
-  if (!meshes) {
-    refuse(id, meshes.error());
+  const auto make = [id](const store::MeshList& list) { return proto::encode_answer(id, list_json(list)); };
+  auto frames = co_await context_.catalog.summarize(make);
+  log("list", "", frames ? "done" : frames.error().detail);
+  if (!frames) {
+    refuse(id, frames.error());
     co_return;
   }
-  co_await answer(id, list_json(meshes.value()));
+  co_await answer(std::move(frames).value());
 }
 
 awaitable<void> AdminConnection::show(std::uint32_t id, std::string name) {
@@ -169,7 +171,7 @@ awaitable<void> AdminConnection::show(std::uint32_t id, std::string name) {
     refuse(id, found.error());
     co_return;
   }
-  co_await answer(id, show_json(found.value()->mesh));
+  co_await answer(proto::encode_answer(id, show_json(found.value()->mesh)));
 }
 
 awaitable<void> AdminConnection::remove(std::uint32_t id, std::string name) {
@@ -179,20 +181,25 @@ awaitable<void> AdminConnection::remove(std::uint32_t id, std::string name) {
     refuse(id, removed.error());
     co_return;
   }
-  co_await answer(id, removed_json(name, removed.value().generation));
+  co_await answer(proto::encode_answer(id, removed_json(name, removed.value().generation)));
 }
 
 awaitable<void> AdminConnection::status(std::uint32_t id) {
-  const auto meshes = co_await context_.catalog.summaries();
-  log("status", "", meshes ? "done" : meshes.error().detail);
-  if (!meshes) {
-    refuse(id, meshes.error());
+  struct Counts {
+    std::size_t meshes = 0;
+    std::size_t damaged = 0;
+  };
+  const auto count = [](const store::MeshList& list) { return Counts{list.meshes.size(), list.damaged.size()}; };
+  const auto counts = co_await context_.catalog.summarize(count);
+  log("status", "", counts ? "done" : counts.error().detail);
+  if (!counts) {
+    refuse(id, counts.error());
     co_return;
   }
   StatusReport report = context_.status();
-  report.meshes = meshes.value().meshes.size();
-  report.damaged_meshes = meshes.value().damaged.size();
-  co_await answer(id, status_json(report));
+  report.meshes = counts.value().meshes;
+  report.damaged_meshes = counts.value().damaged;
+  co_await answer(proto::encode_answer(id, status_json(report)));
 }
 
 awaitable<bool> AdminConnection::ingest_begin(proto::IngestBegin message) {
@@ -249,8 +256,8 @@ void AdminConnection::ingest_failed(const store::Error& error) {
   refuse(ingest_->id, error);
 }
 
-awaitable<void> AdminConnection::answer(std::uint32_t id, std::string json) {
-  for (proto::Bytes& frame : proto::encode_answer(id, json)) {
+awaitable<void> AdminConnection::answer(std::vector<proto::Bytes> frames) {
+  for (proto::Bytes& frame : frames) {
     if (!co_await channel_->room()) {
       channel_->stop_reading();  // half an answer is none: the connection ends
       co_return;

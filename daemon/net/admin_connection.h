@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/net/admin_json.h"
 #include "daemon/net/catalog.h"
@@ -61,7 +62,7 @@ class AdminConnection {
   awaitable<bool> ingest_commit(std::uint32_t id);
   void ingest_failed(const store::Error& error);
 
-  awaitable<void> answer(std::uint32_t id, std::string json);
+  awaitable<void> answer(std::vector<proto::Bytes> frames);
   void refuse(std::uint32_t id, const store::Error& error);
   void send_error(std::uint32_t id, proto::ErrorCode code, std::string_view text);
   /// Sends an error that ends the connection; always false.

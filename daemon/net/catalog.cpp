@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "daemon/net/mesh_index.h"
-#include "daemon/net/on_store.h"
 
 namespace pmcd::net {
 namespace {
 
-proto::Bytes directory_bytes(const store::Mesh& mesh) {
+/// On the reader's thread: a long directory takes its time.
+store::Result<CatalogMesh> catalog_mesh(store::Result<store::Mesh> found) {
+  if (!found) return found.error();
+  const store::Mesh& mesh = found.value();
   codec::Directory directory;
   directory.format_version = mesh.summary.format_version;
   directory.lossless = mesh.summary.lossless;
@@ -22,7 +24,8 @@ proto::Bytes directory_bytes(const store::Mesh& mesh) {
   directory.box_min = mesh.summary.box_min;
   directory.box_max = mesh.summary.box_max;
   directory.levels = mesh.levels;
-  return codec::serialize(directory);
+  proto::Bytes bytes = codec::serialize(directory);
+  return CatalogMesh{std::move(found).value(), std::move(bytes)};
 }
 
 store::Error mesh_gone() {
@@ -49,6 +52,7 @@ Catalog::Catalog(TaskGroup& tasks, store::StoreThread& reader, store::StoreThrea
       writer_(writer),
       budget_(std::make_shared<store::UploadBudget>(options.uploads)),
       collector_(tasks, writer, options.grace, [this](store::MeshId mesh) { gone(mesh); }),
+      held_(collector_),
       cache_(options.cache_bytes),
       list_(std::make_shared<ListOnReader>()) {}
 
@@ -73,29 +77,32 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std
   co_return page;
 }
 
-awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find(std::string name) {
-  if (const auto known = names_.find(name); known != names_.end()) {
-    if (const auto mesh = meshes_.find(known->second); mesh != meshes_.end()) co_return mesh->second.lock();
-  }
+awaitable<store::Result<SharedMesh>> Catalog::find(std::string name) {
+  if (auto held = held_.find(name)) co_return held;
   while (true) {
     const std::uint64_t version = version_;
-    auto work = [name](store::MeshStore& store) { return store.find(name); };
+    auto work = [name](store::MeshStore& store) { return catalog_mesh(store.find(name)); };
     auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
     if (!found) co_return found.error();
     // If it was replaced or removed while the answer was on its way, the name means something else by now.
-    if (collector_.is_retired(found.value().summary.id)) continue;
-    auto mesh = shared(std::move(found).value());
-    if (version == version_) names_[name] = mesh->mesh.summary.id;
+    if (collector_.is_retired(found.value().mesh.summary.id)) continue;
+    auto mesh = held_.hold(std::move(found).value());
+    if (version == version_) held_.found_by_name(mesh);
     co_return mesh;
   }
 }
 
-awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> Catalog::find_generation(std::uint64_t generation) {
-  auto work = [generation](store::MeshStore& store) { return store.find_generation(generation); };
+awaitable<store::Result<SharedMesh>> Catalog::find_generation(std::uint64_t generation) {
+  if (auto held = held_.find_generation(generation)) co_return held;
+  const std::uint64_t version = version_;
+  auto work = [generation](store::MeshStore& store) { return catalog_mesh(store.find_generation(generation)); };
   auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
   if (!found) co_return found.error();
-  if (collector_.is_gone(found.value().summary.id)) co_return mesh_gone();
-  co_return shared(std::move(found).value());
+  const store::MeshId id = found.value().mesh.summary.id;
+  if (collector_.is_gone(id)) co_return mesh_gone();
+  auto mesh = held_.hold(std::move(found).value());
+  if (version == version_ && !collector_.is_retired(id)) held_.found_by_generation(mesh);
+  co_return mesh;
 }
 
 awaitable<store::Result<SharedBytes>> Catalog::read_packet(store::MeshId mesh, std::uint32_t packet) {
@@ -133,11 +140,6 @@ SharedBytes Catalog::cached_packet(store::MeshId mesh, std::uint32_t packet) {
   SharedBytes cached = cache_.find({mesh, packet});
   if (cached) ++hits_;
   return cached;
-}
-
-awaitable<store::Result<store::MeshList>> Catalog::summaries() {
-  auto work = [](store::MeshStore& store) { return store.list(); };
-  co_return co_await on_store(tasks_.executor(), reader_, std::move(work));
 }
 
 awaitable<store::Result<store::Removed>> Catalog::remove(std::string name) {
@@ -186,41 +188,20 @@ CacheStatus Catalog::cache_status() const {
 void Catalog::changed() {
   ++version_;
   first_page_.reset();
-  names_.clear();
+  held_.changed();
 }
 
 void Catalog::retire(store::MeshId mesh) {
-  collector_.retire(mesh, meshes_.contains(mesh));
+  collector_.retire(mesh, held_.retire(mesh));
   if (on_retired_) on_retired_(mesh, collector_.grace());
 }
 
 void Catalog::gone(store::MeshId mesh) {
+  held_.retire(mesh);  // one that an earlier run has left was not retired by retire()
   cache_.drop(mesh);
   for (auto it = reading_.lower_bound({mesh, 0}); it != reading_.end() && it->first.mesh == mesh; ++it) {
     it->second->gone = true;
   }
-}
-
-std::shared_ptr<const CatalogMesh> Catalog::shared(store::Mesh mesh) {
-  const store::MeshId id = mesh.summary.id;
-  if (const auto it = meshes_.find(id); it != meshes_.end()) return it->second.lock();
-  auto made = std::make_unique<CatalogMesh>();
-  made->directory = directory_bytes(mesh);
-  made->mesh = std::move(mesh);
-  const auto let_go = [catalog = std::weak_ptr<Catalog*>(self_)](const CatalogMesh* released) {
-    const std::unique_ptr<const CatalogMesh> owned(released);
-    if (const auto alive = catalog.lock()) (*alive)->released(owned->mesh.summary);
-  };
-  std::shared_ptr<const CatalogMesh> held(made.release(), let_go);
-  meshes_[id] = held;
-  collector_.held(id);
-  return held;
-}
-
-void Catalog::released(const store::MeshSummary& mesh) {
-  if (const auto known = names_.find(mesh.name); known != names_.end() && known->second == mesh.id) names_.erase(known);
-  meshes_.erase(mesh.id);
-  collector_.released(mesh.id);
 }
 
 }  // namespace pmcd::net

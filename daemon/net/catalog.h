@@ -11,11 +11,14 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
+#include <type_traits>
+#include <utility>
 
 #include "daemon/net/asio.h"
 #include "daemon/net/collector.h"
+#include "daemon/net/held_meshes.h"
 #include "daemon/net/mesh_source.h"
+#include "daemon/net/on_store.h"
 #include "daemon/net/packet_cache.h"
 #include "daemon/net/task_group.h"
 #include "daemon/store/mesh_store.h"
@@ -39,17 +42,26 @@ class Catalog final : public MeshSource {
   /// A page of the mesh list as it travels, see MeshIndex::page.
   awaitable<store::Result<SharedBytes>> mesh_list(std::string filter, std::string after, std::uint32_t most) override;
   /// The mesh of that name. Errors: those of MeshStore::find.
-  awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> find(std::string name) override;
+  awaitable<store::Result<SharedMesh>> find(std::string name) override;
   /// A mesh of that content, live or still in its grace time. Errors: those of MeshStore::find.
-  awaitable<store::Result<std::shared_ptr<const CatalogMesh>>> find_generation(std::uint64_t generation) override;
+  awaitable<store::Result<SharedMesh>> find_generation(std::uint64_t generation) override;
   /// From the cache or the database. Errors: those of MeshStore::read_packet; unknown_mesh from the moment in which
   /// nobody holds a retired mesh any more or its grace time is over.
   awaitable<store::Result<SharedBytes>> read_packet(store::MeshId mesh, std::uint32_t packet) override;
   /// From the cache; null if it is not there, and then read_packet is to be asked.
   SharedBytes cached_packet(store::MeshId mesh, std::uint32_t packet) override;
 
-  /// All meshes, and those that are damaged.
-  awaitable<store::Result<store::MeshList>> summaries();
+  /// What `make(list)` makes of the list of all meshes and of those that are damaged, on the reader's thread: nothing
+  /// that `make` touches may be touched elsewhere. Errors: those of MeshStore::list.
+  template <typename Make, typename Made = std::invoke_result_t<Make, const store::MeshList&>>
+  awaitable<store::Result<Made>> summarize(Make make) {
+    auto work = [make = std::move(make)](store::MeshStore& store) -> store::Result<Made> {
+      const auto list = store.list();
+      if (!list) return list.error();
+      return make(list.value());
+    };
+    co_return co_await on_store(tasks_.executor(), reader_, std::move(work));
+  }
   /// Retires the mesh of that name. Error: unknown_mesh.
   awaitable<store::Result<store::Removed>> remove(std::string name);
 
@@ -85,15 +97,13 @@ class Catalog final : public MeshSource {
   void retire(store::MeshId mesh);
   /// The mesh may not be read from now on.
   void gone(store::MeshId mesh);
-  /// The one object that all sessions share for this mesh.
-  std::shared_ptr<const CatalogMesh> shared(store::Mesh mesh);
-  void released(const store::MeshSummary& mesh);
 
   TaskGroup& tasks_;
   store::StoreThread& reader_;
   store::StoreThread& writer_;
   std::shared_ptr<store::UploadBudget> budget_;
   Collector collector_;
+  HeldMeshes held_;
   PacketCache cache_;
   std::uint64_t hits_ = 0;
   std::uint64_t misses_ = 0;
@@ -102,11 +112,7 @@ class Catalog final : public MeshSource {
   std::uint64_t version_ = 0;  ///< of the database, raised by each change
   std::shared_ptr<ListOnReader> list_;
   SharedBytes first_page_;  ///< of the whole list of this version, once somebody asked
-  std::map<store::MeshId, std::weak_ptr<const CatalogMesh>> meshes_;
-  std::map<std::string, store::MeshId> names_;  ///< of this version, of meshes that somebody holds
   std::function<void(store::MeshId, Duration)> on_retired_;
-  /// A mesh that is let go finds the catalog through this, if it is still there.
-  std::shared_ptr<Catalog*> self_ = std::make_shared<Catalog*>(this);
 };
 
 }  // namespace pmcd::net

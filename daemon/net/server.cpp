@@ -98,6 +98,7 @@ std::optional<std::string> Server::start() {
 
 void Server::accept_request(TcpSocket socket) {
   tune_tcp(socket.native_handle());
+  bound_send_buffer(socket.native_handle(), options_.limits.queued_bytes);
   error_code error;
   const auto endpoint = socket.remote_endpoint(error);
   if (error) return;  // it is gone already

@@ -8,7 +8,17 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <climits>
+
 namespace pmcd::net {
+namespace {
+
+void set_option(int socket, int level, int option, int value) {
+  static_cast<void>(::setsockopt(socket, level, option, &value, sizeof value));
+}
+
+}  // namespace
 
 std::uint64_t unacknowledged_bytes(int socket) {
   int bytes = 0;
@@ -25,14 +35,15 @@ std::optional<PeerIdentity> peer_identity(int socket) {
 
 void tune_tcp(int socket) {
   // Each of these is a courtesy: a socket without it works.
-  const auto set = [socket](int level, int option, int value) {
-    static_cast<void>(::setsockopt(socket, level, option, &value, sizeof value));
-  };
-  set(SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(IPPROTO_TCP, TCP_KEEPIDLE, 60);
-  set(IPPROTO_TCP, TCP_KEEPINTVL, 15);
-  set(IPPROTO_TCP, TCP_KEEPCNT, 4);
-  set(IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, 60);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 15);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, 4);
+  set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+}
+
+void bound_send_buffer(int socket, std::size_t bytes) {
+  set_option(socket, SOL_SOCKET, SO_SNDBUF, static_cast<int>(std::min<std::size_t>(bytes, INT_MAX)));
 }
 
 }  // namespace pmcd::net

@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -22,5 +23,10 @@ std::optional<PeerIdentity> peer_identity(int socket);
 
 /// Lets the kernel find out by itself that a silent peer is gone (keep-alive after a minute), and sends without delay.
 void tune_tcp(int socket);
+
+/// What the kernel keeps of what was written and is not acknowledged: about twice `bytes`, its own bookkeeping
+/// included, where it would grow to megabytes by itself. For channels that carry short answers: it limits what is under
+/// way at a time, and so the speed of the connection.
+void bound_send_buffer(int socket, std::size_t bytes);
 
 }  // namespace pmcd::net

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: MIT
-// MeshStore in SQL. This is the boundary at which SQLite's exceptions become values.
+// Checks, and the boundary at which SQLite's exceptions become values.
 #include "daemon/store/mesh_store.h"
 
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
 #include <new>
-#include <optional>
 #include <utility>
 
-#include "codec/packet/header.h"
 #include "daemon/store/db.h"
-#include "daemon/store/rows.h"
-#include "daemon/store/schema.h"
+#include "daemon/store/mesh_tables.h"
 
 namespace pmcd::store {
 namespace {
@@ -29,335 +23,61 @@ auto guarded(Work&& work) -> decltype(work()) {
   }
 }
 
-std::int64_t seconds_since_1970() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-MeshSummary summarize(const NewMesh& mesh) {
-  MeshSummary summary;
-  summary.name = mesh.name;
-  summary.added_at = seconds_since_1970();
-  summary.generation = mesh.directory.generation;
-  summary.format_version = mesh.directory.format_version;
-  summary.lossless = mesh.directory.lossless;
-  summary.lattice = mesh.directory.lattice;
-  summary.box_min = mesh.directory.box_min;
-  summary.box_max = mesh.directory.box_max;
-  summary.vertices = mesh.directory.levels.back().vertices;
-  summary.faces = mesh.directory.levels.back().faces;
-  summary.packets = static_cast<std::uint32_t>(mesh.directory.levels.size());
-  for (const codec::LevelEntry& level : mesh.directory.levels) summary.bytes += level.bytes;
-  return summary;
-}
-
-Error unknown_mesh(std::string_view name) {
-  return {ErrorCode::unknown_mesh, "no mesh is named \"" + std::string(name) + "\""};
-}
-
-Error unknown_generation(std::uint64_t generation) {
-  char digits[17];
-  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(generation));
-  return {ErrorCode::unknown_mesh, std::string("no mesh has the generation ") + digits};
-}
-
-Error missing_packet(MeshId mesh, std::size_t level) {
-  return {ErrorCode::missing_packet,
-          "packet " + std::to_string(level) + " of mesh " + std::to_string(mesh) + " is missing in the database"};
-}
-
-SqliteError row_missing(MeshId mesh) {
-  return {SQLITE_CORRUPT, "the row of mesh " + std::to_string(mesh) + " is missing"};
-}
-
 }  // namespace
 
 Error name_taken(std::string_view name) {
   return {ErrorCode::name_taken, "a mesh named \"" + std::string(name) + "\" is in the database already"};
 }
 
-/// The connection and its statements, prepared once.
-class MeshStore::Connection {
- public:
-  explicit Connection(const std::string& path) : db_(path) {}
-
-  Status prepare() {
-    Status status = prepare_database(db_);
-    if (status.ok()) statements_.emplace(db_);
-    return status;
-  }
-
-  Result<Inserted> insert(const NewMesh& mesh) {
-    MeshSummary summary = summarize(mesh);
-    Transaction transaction(db_);
-    const std::optional<MeshId> before = live(mesh.name);
-    if (before && !mesh.replace) return name_taken(mesh.name);
-    if (before) retire(*before);
-    bind_summary(statements_->insert_mesh, summary);
-    statements_->insert_mesh.run();
-    summary.id = db_.last_insert_id();
-    for (std::size_t level = 0; level < mesh.packets.size(); ++level) {
-      bind_packet(statements_->insert_packet, summary.id, level, mesh.directory.levels[level], mesh.packets[level]);
-      statements_->insert_packet.run();
-    }
-    transaction.commit();
-    return Inserted{std::move(summary), before};
-  }
-
-  /// Names and ids come out of the index; the rows one by one, so that a page that is damaged costs its own meshes
-  /// only.
-  MeshList list() {
-    Statement& names = statements_->names;
-    const ResetAtExit guard(names);
-    MeshList list;
-    while (names.step()) {
-      try {
-        list.meshes.push_back(summary(names.integer(0)));
-      } catch (const SqliteError& error) {
-        Error why = error.as_error();
-        if (why.code != ErrorCode::database_corrupt) throw;
-        list.damaged.push_back({names.text(1), std::move(why)});
-      }
-    }
-    return list;
-  }
-
-  /// The live mesh of that name.
-  std::optional<MeshId> live(std::string_view name) {
-    Statement& query = statements_->live;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, name).step()) return std::nullopt;
-    return query.integer(0);
-  }
-
-  std::optional<MeshSummary> find(std::string_view name) {
-    Statement& query = statements_->find;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, name).step()) return std::nullopt;
-    return read_summary(query);
-  }
-
-  std::optional<MeshSummary> find_generation(std::uint64_t generation) {
-    Statement& query = statements_->find_generation;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, static_cast<std::int64_t>(generation)).step()) return std::nullopt;
-    return read_summary(query);
-  }
-
-  Result<Mesh> with_levels(MeshSummary summary) {
-    Statement& query = statements_->levels;
-    const ResetAtExit guard(query);
-    query.bind(1, summary.id);
-    std::vector<codec::LevelEntry> levels;
-    while (query.step()) {
-      std::int64_t level = 0;
-      const codec::LevelEntry entry = read_level(query, level);
-      if (level != static_cast<std::int64_t>(levels.size())) break;
-      levels.push_back(entry);
-    }
-    if (levels.size() < summary.packets) return missing_packet(summary.id, levels.size());
-    if (levels.size() > summary.packets) {
-      throw SqliteError(SQLITE_CORRUPT, "mesh " + std::to_string(summary.id) + " has more packets than it should");
-    }
-    return Mesh{std::move(summary), std::move(levels)};
-  }
-
-  Result<std::vector<std::byte>> read_packet(MeshId mesh, std::uint32_t level) {
-    Statement& query = statements_->packet;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, mesh).bind(2, std::int64_t{level}).step()) return why_no_packet(mesh, level);
-    std::vector<std::byte> bytes = query.blob(1);
-    const auto checked = codec::check_packet(bytes);
-    if (!checked || std::int64_t{checked.value().crc32c} != query.integer(0)) {
-      return Error{ErrorCode::database_corrupt, "packet " + std::to_string(level) + " of mesh " + std::to_string(mesh) +
-                                                    " is damaged in the database"};
-    }
-    return bytes;
-  }
-
-  Result<Removed> remove(std::string_view name) {
-    Transaction transaction(db_);
-    const auto mesh = live(name);
-    if (!mesh) return unknown_mesh(name);
-    const Removed removed{*mesh, generation(*mesh)};
-    retire(*mesh);
-    transaction.commit();
-    return removed;
-  }
-
-  std::vector<MeshId> retired() {
-    Statement& query = statements_->retired;
-    const ResetAtExit guard(query);
-    std::vector<MeshId> meshes;
-    while (query.step()) meshes.push_back(query.integer(0));
-    return meshes;
-  }
-
-  Collected collect(MeshId mesh) {
-    Transaction transaction(db_);
-    if (const std::optional<bool> is = is_live(mesh); !is || *is) return is ? Collected::live : Collected::all;
-    const std::optional<std::int64_t> first = first_to_delete(mesh);
-    if (first) {
-      statements_->delete_packets.bind(1, mesh).bind(2, *first).run();
-      statements_->collecting.bind(1, mesh).run();
-    } else {
-      statements_->delete_mesh.bind(1, mesh).run();
-    }
-    transaction.commit();
-    return first ? Collected::part : Collected::all;
-  }
-
- private:
-  struct Statements {
-    explicit Statements(Db& db)
-        : insert_mesh(db, kInsertSummary),
-          insert_packet(db, kInsertPacket),
-          names(db, "SELECT id, name FROM mesh INDEXED BY mesh_name WHERE retired_at IS NULL ORDER BY name"),
-          summary(db, std::string(kSelectSummary) + "WHERE id = ?1"),
-          generation(db, "SELECT generation FROM mesh WHERE id = ?1"),
-          live(db, "SELECT id FROM mesh WHERE name = ?1 AND retired_at IS NULL"),
-          find(db, std::string(kSelectSummary) + "WHERE name = ?1 AND retired_at IS NULL"),
-          find_generation(db, std::string(kSelectSummary) +
-                                  "WHERE generation = ?1 AND collecting = 0 "
-                                  "ORDER BY retired_at IS NOT NULL, id DESC LIMIT 1"),
-          levels(db, kSelectLevels),
-          packet(db, "SELECT crc32c, data FROM packet WHERE mesh = ?1 AND level = ?2"),
-          state(db, "SELECT retired_at IS NULL, collecting, packets FROM mesh WHERE id = ?1"),
-          retire(db, "UPDATE mesh SET retired_at = ?2 WHERE id = ?1"),
-          retired(db, "SELECT id FROM mesh WHERE retired_at IS NOT NULL"),
-          sizes(db, "SELECT level, bytes FROM packet WHERE mesh = ?1 ORDER BY level DESC"),
-          delete_packets(db, "DELETE FROM packet WHERE mesh = ?1 AND level >= ?2"),
-          collecting(db, "UPDATE mesh SET collecting = 1 WHERE id = ?1"),
-          delete_mesh(db, "DELETE FROM mesh WHERE id = ?1") {}
-
-    Statement insert_mesh;
-    Statement insert_packet;
-    Statement names;
-    Statement summary;
-    Statement generation;
-    Statement live;
-    Statement find;
-    Statement find_generation;
-    Statement levels;
-    Statement packet;
-    Statement state;
-    Statement retire;
-    Statement retired;
-    Statement sizes;
-    Statement delete_packets;
-    Statement collecting;
-    Statement delete_mesh;
-  };
-
-  /// Throws SqliteError, also if the index names a row that there is not.
-  MeshSummary summary(MeshId mesh) {
-    Statement& query = statements_->summary;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, mesh).step()) throw row_missing(mesh);
-    return read_summary(query);
-  }
-
-  std::uint64_t generation(MeshId mesh) {
-    Statement& query = statements_->generation;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, mesh).step()) throw row_missing(mesh);
-    return static_cast<std::uint64_t>(query.integer(0));
-  }
-
-  void retire(MeshId mesh) { statements_->retire.bind(1, mesh).bind(2, seconds_since_1970()).run(); }
-
-  /// Nothing if there is no such mesh.
-  std::optional<bool> is_live(MeshId mesh) {
-    Statement& query = statements_->state;
-    const ResetAtExit guard(query);
-    if (!query.bind(1, mesh).step()) return std::nullopt;
-    return query.integer(0) != 0;
-  }
-
-  /// Packets from this level on are what one step deletes; nothing if one step deletes the whole mesh.
-  std::optional<std::int64_t> first_to_delete(MeshId mesh) {
-    Statement& query = statements_->sizes;
-    const ResetAtExit guard(query);
-    query.bind(1, mesh);
-    std::optional<std::int64_t> first;
-    std::uint64_t bytes = 0;
-    while (query.step()) {
-      bytes += static_cast<std::uint64_t>(std::max<std::int64_t>(query.integer(1), 0));
-      if (first && bytes > kCollectBytes) return first;
-      first = query.integer(0);
-    }
-    return std::nullopt;
-  }
-
-  Error why_no_packet(MeshId mesh, std::uint32_t level) {
-    Statement& query = statements_->state;
-    const ResetAtExit guard(query);
-    const bool gone = !query.bind(1, mesh).step() || query.integer(1) != 0;
-    if (gone) return {ErrorCode::unknown_mesh, "the mesh is gone"};
-    if (std::int64_t{level} < query.integer(2)) return missing_packet(mesh, level);
-    return {ErrorCode::unknown_packet, "the mesh has no packet " + std::to_string(level)};
-  }
-
-  Db db_;
-  std::optional<Statements> statements_;
-};
-
-MeshStore::MeshStore(std::string path, std::unique_ptr<Connection> connection)
-    : path_(std::move(path)), connection_(std::move(connection)) {}
+MeshStore::MeshStore(std::string path, std::unique_ptr<MeshTables> tables)
+    : path_(std::move(path)), tables_(std::move(tables)) {}
 
 MeshStore::~MeshStore() = default;
 
 Result<std::unique_ptr<MeshStore>> MeshStore::open(const std::string& path) {
   return guarded([&]() -> Result<std::unique_ptr<MeshStore>> {
-    auto connection = std::make_unique<Connection>(path);
-    if (const Status status = connection->prepare(); !status.ok()) return status.error();
-    return std::unique_ptr<MeshStore>(new MeshStore(path, std::move(connection)));
+    auto tables = std::make_unique<MeshTables>(path);
+    if (const Status status = tables->prepare(); !status.ok()) return status.error();
+    return std::unique_ptr<MeshStore>(new MeshStore(path, std::move(tables)));
   });
 }
 
 Result<Inserted> MeshStore::insert(const NewMesh& mesh) {
   if (const Status status = check_name(mesh.name); !status.ok()) return status.error();
   if (const Status status = check_mesh(mesh.directory, mesh.packets); !status.ok()) return status.error();
-  return guarded([&] { return connection_->insert(mesh); });
+  return guarded([&] { return tables_->insert(mesh); });
 }
 
 Result<MeshList> MeshStore::list() {
-  return guarded([&]() -> Result<MeshList> { return connection_->list(); });
+  return guarded([&]() -> Result<MeshList> { return tables_->list(); });
 }
 
 Result<Mesh> MeshStore::find(std::string_view name) {
-  return guarded([&]() -> Result<Mesh> {
-    auto summary = connection_->find(name);
-    if (!summary) return unknown_mesh(name);
-    return connection_->with_levels(std::move(*summary));
-  });
+  return guarded([&] { return tables_->find(name); });
 }
 
 Result<Mesh> MeshStore::find_generation(std::uint64_t generation) {
-  return guarded([&]() -> Result<Mesh> {
-    auto summary = connection_->find_generation(generation);
-    if (!summary) return unknown_generation(generation);
-    return connection_->with_levels(std::move(*summary));
-  });
+  return guarded([&] { return tables_->find_generation(generation); });
 }
 
 Result<bool> MeshStore::contains(std::string_view name) {
-  return guarded([&]() -> Result<bool> { return connection_->live(name).has_value(); });
+  return guarded([&]() -> Result<bool> { return tables_->live(name).has_value(); });
 }
 
 Result<std::vector<std::byte>> MeshStore::read_packet(MeshId mesh, std::uint32_t level) {
-  return guarded([&] { return connection_->read_packet(mesh, level); });
+  return guarded([&] { return tables_->read_packet(mesh, level); });
 }
 
 Result<Removed> MeshStore::remove(std::string_view name) {
-  return guarded([&] { return connection_->remove(name); });
+  return guarded([&] { return tables_->remove(name); });
 }
 
 Result<std::vector<MeshId>> MeshStore::retired() {
-  return guarded([&]() -> Result<std::vector<MeshId>> { return connection_->retired(); });
+  return guarded([&]() -> Result<std::vector<MeshId>> { return tables_->retired(); });
 }
 
 Result<Collected> MeshStore::collect(MeshId mesh) {
-  return guarded([&]() -> Result<Collected> { return connection_->collect(mesh); });
+  return guarded([&]() -> Result<Collected> { return tables_->collect(mesh); });
 }
 
 }  // namespace pmcd::store

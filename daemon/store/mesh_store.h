@@ -103,6 +103,8 @@ Status check_mesh(const codec::Directory& directory, std::span<const std::span<c
 /// The error of a name that is in use.
 Error name_taken(std::string_view name);
 
+class MeshTables;
+
 class MeshStore {
  public:
   /// Opens the database, or makes an empty one. Errors: those of files and SQLite, database_newer, not_a_database.
@@ -139,11 +141,10 @@ class MeshStore {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  class Connection;
-  MeshStore(std::string path, std::unique_ptr<Connection> connection);
+  MeshStore(std::string path, std::unique_ptr<MeshTables> tables);
 
   std::string path_;
-  std::unique_ptr<Connection> connection_;
+  std::unique_ptr<MeshTables> tables_;
 };
 
 }  // namespace pmcd::store

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "proto/mesh_list.h"
 #include "proto/messages.h"
+#include "tests/daemon/busy_thread.h"
 #include "tests/daemon/raw_client.h"
 #include "tests/daemon/server_in_thread.h"
 #include "tests/store/fake_mesh.h"
@@ -76,6 +78,9 @@ TEST_F(CancelTest, WaitingRequestsEndAtOnceWithoutAChunk) {
   client.requests.send(proto::encode(proto::GetNextPacket{3, handle}));
   client.requests.send(proto::encode(proto::GetMeshList{4}));
   for (const std::uint32_t id : {2U, 3U, 4U}) client.requests.send(proto::encode(proto::Cancel{id}));
+  // The big one goes on as soon as its data is read: not before the cancels have come.
+  client.requests.send(proto::encode(proto::Ping{5}));
+  EXPECT_EQ(expect<proto::Pong>(client.requests).id, 5U);
   std::vector<std::uint32_t> cancelled;
   std::uint64_t bytes = 0;
   for (int i = 0; i < 3; ++i) {
@@ -233,6 +238,28 @@ TEST_F(CancelTest, BeyondTheEndIsBadRangeAndAnUnknownContentMeshChanged) {
   bytes = 0;
   EXPECT_EQ(next_end(client, bytes).result, TransferResult::complete) << "who has a handle goes on";
   EXPECT_EQ(bytes, mesh.packets[0].size());
+}
+
+TEST_F(CancelTest, ARefusedRangeOfAMeshThatIsNotOpenCostsTheDatabaseOneRead) {
+  const FakeMesh mesh = fake_mesh(9, std::vector<std::size_t>(500));
+  ingest("m", mesh);
+  auto client = session();
+  client.requests.send(proto::encode(proto::GetPacket{1, mesh.directory.generation, 5'000, 0}));
+  EXPECT_EQ(expect_error(client.requests, 1), "bad_range");
+  auto busy = std::make_unique<Busy>(server_.reader());
+  for (std::uint32_t id = 2; id < 50; ++id) {
+    client.requests.send(proto::encode(proto::GetPacket{id, mesh.directory.generation, 5'000, 0}));
+  }
+  client.requests.send(proto::encode(proto::Ping{50}));
+  const bool answered = client.requests.stirs(kPatience);
+  EXPECT_EQ(busy->fill_and_count(), 0U);
+  server_.ask([&busy](net::Server&) {
+    busy.reset();
+    return true;
+  });
+  ASSERT_TRUE(answered);
+  for (std::uint32_t id = 2; id < 50; ++id) EXPECT_EQ(expect_error(client.requests, id), "bad_range");
+  EXPECT_EQ(expect<proto::Pong>(client.requests).id, 50U);
 }
 
 TEST_F(CancelTest, ThePagesOfTheListAreCutAndFiltered) {

@@ -8,17 +8,18 @@
 #include <algorithm>
 #include <chrono>
 #include <future>
+#include <new>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "daemon/net/mesh_index.h"
 #include "daemon/store/db.h"
+#include "tests/daemon/catalog_fixture.h"
 #include "tests/store/fake_mesh.h"
 #include "tests/store/outcome.h"
-//
-#include <boost/asio/detached.hpp>
 
 namespace pmcd::net {
 namespace {
@@ -162,93 +163,6 @@ TEST(MeshIndex, PagesAreBoundedAndNamesThatCannotTravelAreLeftOut) {
   EXPECT_EQ(last.names.back(), "m12499");
 }
 
-/// A catalog over a database of its own; its loop runs in the test's thread, as far as a test lets it.
-class CatalogTest : public ::testing::Test {
- protected:
-  CatalogTest() { start({{}, 1'000'000, hours(1)}); }
-  ~CatalogTest() override {
-    catalog_->stop();
-    EXPECT_TRUE(idle(seconds(10))) << "a task of the catalog did not end";
-  }
-
-  /// A new catalog over the same database.
-  void start(const CatalogOptions& options) {
-    if (catalog_) {
-      catalog_->stop();
-      EXPECT_TRUE(idle(seconds(10))) << "a task of the catalog before did not end";
-    }
-    catalog_ = std::make_unique<Catalog>(tasks_, *reader_, *writer_, options);
-    catalog_->on_retired([this](store::MeshId mesh, Duration grace) { told_.emplace_back(mesh, grace); });
-  }
-
-  /// The answer of a coroutine; the loop runs until it is there.
-  template <typename T>
-  T get(awaitable<T> work) {
-    std::optional<T> answer;
-    asio::co_spawn(io_, take(std::move(work), answer), asio::detached);
-    run_until([&] { return answer.has_value(); });
-    return std::move(*answer);
-  }
-  template <typename T>
-  static awaitable<void> take(awaitable<T> work, std::optional<T>& answer) {
-    answer.emplace(co_await std::move(work));
-  }
-
-  template <typename Done>
-  void run_until(Done done) {
-    const auto limit = Clock::now() + seconds(20);
-    while (!done()) {
-      io_.restart();
-      io_.run_one_for(milliseconds(50));
-      ASSERT_LT(Clock::now(), limit) << "what was waited for did not happen";
-    }
-  }
-
-  /// Whether all tasks of the catalog end within `limit`.
-  bool idle(Duration limit) { return get(tasks_.wait_idle(limit)); }
-
-  store::Inserted ingest(const std::string& name, const FakeMesh& mesh) {
-    auto begun = get(catalog_->begin_upload(name, true, mesh.directory_bytes()));
-    EXPECT_EQ(store::outcome(begun), "ok");
-    for (std::uint32_t packet = 0; packet < mesh.packets.size(); ++packet) {
-      EXPECT_EQ(store::outcome(get(catalog_->append(begun.value(), packet, 0, mesh.packets[packet]))), "ok");
-    }
-    auto inserted = get(catalog_->commit(begun.value()));
-    EXPECT_EQ(store::outcome(inserted), "ok");
-    return inserted.value();
-  }
-
-  std::string remove(const std::string& name) { return store::outcome(get(catalog_->remove(name))); }
-
-  std::shared_ptr<const CatalogMesh> find(const std::string& name) {
-    auto found = get(catalog_->find(name));
-    EXPECT_EQ(store::outcome(found), "ok");
-    return found.ok() ? found.value() : nullptr;
-  }
-
-  std::string read(store::MeshId mesh, std::uint32_t packet) {
-    return store::outcome(get(catalog_->read_packet(mesh, packet)));
-  }
-
-  proto::MeshPage list(const std::string& filter, const std::string& after, std::uint32_t most) {
-    const auto bytes = get(catalog_->mesh_list(filter, after, most));
-    EXPECT_EQ(store::outcome(bytes), "ok");
-    return proto::decode_mesh_page(*bytes.value()).value();
-  }
-
-  std::int64_t rows(const char* table) {
-    return store::Db(folder_.file("meshes.db")).number((std::string("SELECT count(*) FROM ") + table).c_str());
-  }
-
-  test::TemporaryFolder folder_;
-  asio::io_context io_{1};  // before the threads, which post to it to their end
-  std::unique_ptr<store::StoreThread> writer_ = store::StoreThread::start(folder_.file("meshes.db")).value();
-  std::unique_ptr<store::StoreThread> reader_ = store::StoreThread::start(folder_.file("meshes.db")).value();
-  TaskGroup tasks_{io_.get_executor()};
-  std::unique_ptr<Catalog> catalog_;
-  std::vector<std::pair<store::MeshId, Duration>> told_;
-};
-
 TEST_F(CatalogTest, APacketIsReadOnceAndThenShared) {
   const FakeMesh mesh = fake_mesh(1, {100, 200});
   const store::MeshId id = ingest("m", mesh).mesh.id;
@@ -327,6 +241,25 @@ TEST_F(CatalogTest, ListsInPagesAndSeesEveryChange) {
   EXPECT_EQ(list("A", "", 0).matches, 1U);
 }
 
+TEST_F(CatalogTest, WhatIsMadeOfAllMeshesIsMadeOnTheReadersThread) {
+  for (const char* name : {"b", "a"}) ingest(name, fake_mesh(4, {10}));
+  store::Db(folder_.file("meshes.db")).execute("UPDATE mesh SET packets = -1 WHERE name = 'b'");
+  std::promise<std::thread::id> reader;
+  ASSERT_TRUE(reader_->post([&](store::MeshStore&) { reader.set_value(std::this_thread::get_id()); }));
+  std::thread::id maker;
+  const auto make = [&maker](const store::MeshList& list) {
+    maker = std::this_thread::get_id();
+    return list.meshes.at(0).name + " is whole, " + list.damaged.at(0).name + " is damaged";
+  };
+  EXPECT_EQ(get(catalog_->summarize(make)).value(), "a is whole, b is damaged");
+  EXPECT_EQ(maker, reader.get_future().get());
+  const auto fail = [](const store::MeshList& list) {
+    if (!list.meshes.empty()) throw std::bad_alloc();
+    return 1;
+  };
+  EXPECT_EQ(store::outcome(get(catalog_->summarize(fail))), "out_of_memory");
+}
+
 TEST_F(CatalogTest, AMeshIsHeldOnceByAllWhoOpenIt) {
   const FakeMesh mesh = fake_mesh(5, {10, 20});
   ingest("m", mesh);
@@ -340,11 +273,9 @@ TEST_F(CatalogTest, AMeshIsHeldOnceByAllWhoOpenIt) {
 
 TEST_F(CatalogTest, AMeshThatSomebodyHoldsIsFoundWithoutTheDatabase) {
   ingest("m", fake_mesh(5, {10, 20}));
-  auto held = find("m");
+  const auto held = find("m");
   store::Db(folder_.file("meshes.db")).execute("DELETE FROM packet; DELETE FROM mesh");
   EXPECT_EQ(find("m"), held);
-  held.reset();
-  EXPECT_EQ(store::outcome(get(catalog_->find("m"))), "unknown_mesh") << "nobody keeps it";
 }
 
 TEST_F(CatalogTest, ARetiredMeshIsReadWhileSomebodyHoldsIt) {

@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <future>
 #include <string>
 #include <thread>
 
 #include "daemon/store/db.h"
+#include "tests/daemon/busy_thread.h"
 #include "tests/daemon/bystander.h"
 #include "tests/daemon/process_state.h"
 #include "tests/daemon/raw_client.h"
@@ -19,25 +19,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
-
-/// Keeps a store thread busy until it is released.
-class Busy {
- public:
-  explicit Busy(store::StoreThread& thread) {
-    std::promise<void> begun;
-    thread.post([&begun, release = release_.get_future().share()](store::MeshStore&) {
-      begun.set_value();
-      release.wait();
-    });
-    begun.get_future().wait();
-  }
-  Busy(const Busy&) = delete;
-  Busy& operator=(const Busy&) = delete;
-  ~Busy() { release_.set_value(); }
-
- private:
-  std::promise<void> release_;
-};
 
 /// A ping that waited for the database would take as long as the database was busy.
 void expect_at_once(const Latencies& pings) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/daemon/daemon_process.h"
+#include "tests/daemon/jam.h"
 #include "tests/daemon/raw_client.h"
 
 namespace pmcd::test {
@@ -97,6 +98,18 @@ TEST_F(DrainTest, ATransferThatDoesNotIsCutOffAtThatTime) {
   EXPECT_NE(daemon_->log().find("1 transfers did not end in time and are cut off"), std::string::npos);
   EXPECT_EQ(::access(daemon_->admin_socket().c_str(), F_OK), -1);
   EXPECT_EQ(::access((daemon_->database() + "-wal").c_str(), F_OK), -1) << "the database was closed";
+}
+
+TEST_F(DrainTest, ClientsThatTakeNoAnswersDoNotHoldItUp) {
+  start("0.5");
+  auto flooder = RawSession::open(daemon_->request_port(), 4096, 4096);
+  jam(flooder.requests, proto::encode(proto::Ping{1}));
+  const auto start = Clock::now();
+  daemon_->signal(SIGTERM);
+  EXPECT_EQ(daemon_->wait(), 0);
+  const auto took = std::chrono::duration_cast<milliseconds>(Clock::now() - start);
+  RecordProperty("took_ms", static_cast<int>(took.count()));
+  EXPECT_LT(took, milliseconds(1'500) + kSlack);
 }
 
 }  // namespace

@@ -40,6 +40,14 @@ def run(variable, *arguments):
                           check=False)
 
 
+def run_or_raise(variable, *arguments):
+    """As run(), for what a class sets up before there is a test that could fail; returns what was printed."""
+    result = run(variable, *arguments)
+    if result.returncode != DONE:
+        raise RuntimeError(f"{result.args}\n{result.stdout}\n{result.stderr}")
+    return result.stdout
+
+
 def free_ports(count):
     """Ports that were free a moment ago on every address, and that the kernel gives to no connection of its own choice:
     tests run side by side, and one of them may connect from any port of the ephemeral range."""
@@ -88,7 +96,9 @@ class Daemon:
         return False
 
     def __exit__(self, *_):
-        self.stop()
+        code = self.stop()
+        if code:  # what a sanitizer has found, for instance
+            raise RuntimeError(f"pmcd ended with {code}: " + self.log.read_text(encoding="utf-8"))
 
     @property
     def address(self):

@@ -6,15 +6,18 @@ sends SIGKILL at the entry of the n-th call of a kind, so each run ends with all
 strace counts for each thread by itself: the thread that comes to its n-th call first is the one that is hit. Where two
 threads make the same calls (write: log lines here, uploads there), the runs with the log switched off hit the other.
 
-As ctest runs it, a sample of the calls is taken for some seconds; PMCD_LONG_TESTS=1 takes them all.
+As ctest runs it, a sample of the calls is tried for some seconds, another one in each run, and at least one call of
+each kind. The seed of the sample is printed and stands in each failure; PMCD_SEED repeats it. PMCD_LONG_TESTS=1 goes on
+until all are tried.
 """
 
 import collections
 import contextlib
-import json
+import itertools
 import os
 import random
 import re
+import secrets
 import shutil
 import signal
 import sqlite3
@@ -24,8 +27,10 @@ import unittest
 
 import house
 
-_SAMPLE_S = 25
+_SAMPLE_S = 8 if os.environ.get("PMCD_SANITIZE") else 25
 _PATIENCE_S = 20
+# How often a thread wakes another is a matter of chance, so a call may not come up again, but not so many of a kind.
+_CHANCES = 5
 # Calls that write, or make, change or remove files. Those of the last group are not expected, so they share their runs.
 # "?": a kind that some machines do not have.
 _KINDS = ["pwrite64", "write", "fdatasync", "ftruncate", "?unlink,unlinkat", "openat", "sendmsg", "bind",
@@ -38,6 +43,29 @@ Step = collections.namedtuple("Step", "arguments after")
 # A way through the daemon's life: the folder that it starts in, what is there then, and the steps.
 Story = collections.namedtuple("Story", "name folder before steps options")
 Point = collections.namedtuple("Point", "story kind number")
+
+
+def in_turn(queues):
+    """The first of each queue, then the second of each, and so on: where one is longer, its rest stands at the end."""
+    for row in itertools.zip_longest(*queues):
+        yield from (item for item in row if item is not None)
+
+
+def in_order_of(seed, points):
+    """All points; of each kind a first one before a second of any, and within a kind the stories take turns too. What
+    the seed decides of two calls does not depend on the others, as their number is not quite the same in each run."""
+    def draw(*what):
+        return random.Random("/".join(map(str, (seed, *what)))).random()
+
+    queues = collections.defaultdict(lambda: collections.defaultdict(list))
+    for point in points:
+        queues[point.kind][point.story.name].append(point)
+    kinds = []
+    for kind in sorted(queues, key=draw):
+        stories = sorted(queues[kind], key=lambda story: draw(kind, story))
+        kinds.append(list(in_turn(sorted(queues[kind][story], key=lambda point: draw(kind, story, point.number))
+                                  for story in stories)))
+    return list(in_turn(kinds))
 
 
 def strace(folder, *options):
@@ -190,30 +218,56 @@ class KilledWrites(house.HouseTest):
             yield from (Point(story, kind, number) for number in range(1, most + 1))
 
     def test_killed_at_any_call_that_writes(self):
-        points = [point for story in self.stories for point in self.points(story)]
-        everything = bool(os.environ.get("PMCD_LONG_TESTS"))
-        if not everything:
-            random.Random(11).shuffle(points)
+        seed = os.environ.get("PMCD_SEED") or secrets.token_hex(4)
+        print(f"PMCD_SEED={seed}", flush=True)
+        with self.subTest(PMCD_SEED=seed):
+            points = in_order_of(seed, [point for story in self.stories for point in self.points(story)])
+            self.kill_at(points, everything=bool(os.environ.get("PMCD_LONG_TESTS")))
+
+    def kill_at(self, points, everything):
+        """At the points in their order, and when the time of a sample is over, only at those of kinds not yet hit."""
+        found = collections.Counter(point.kind for point in points)
+        tried, killed = collections.Counter(), collections.Counter()
         start = time.monotonic()
-        killed_at = collections.Counter()
-        tried = 0
         for number, point in enumerate(points):
-            if not everything and time.monotonic() - start > _SAMPLE_S:
-                break
+            late = not everything and time.monotonic() - start > _SAMPLE_S
+            if late and (killed[point.kind] or tried[point.kind] >= _CHANCES):
+                continue
             with self.subTest(story=point.story.name, kind=point.kind, number=point.number):
                 folder = self.folder / f"run{number}"
-                allowed, killed = self.play(point.story, folder, "-e", f"trace={point.kind}", "-e",
-                                            f"inject={point.kind}:signal=SIGKILL:when={point.number}")
-                tried += 1
-                killed_at[point.kind] += killed
+                tried[point.kind] += 1
+                allowed, hit = self.play(point.story, folder, "-e", f"trace={point.kind}", "-e",
+                                         f"inject={point.kind}:signal=SIGKILL:when={point.number}")
+                if hit:
+                    killed[point.kind] += 1
                 self.verify(folder, allowed)
                 shutil.rmtree(folder)
-        killed = sum(killed_at.values())
-        print(f"{len(points)} calls that write, {tried} tried, killed at {killed}, in "
-              f"{time.monotonic() - start:.0f} s: {json.dumps(killed_at)}", flush=True)
-        self.assertGreater(killed, 10)
-        # How often a thread wakes another one is a matter of chance, so some of these calls may not come up again.
-        self.assertGreater(killed, 0.8 * tried)
+        by_kind = ", ".join(f"{kind} {tried[kind]}/{found[kind]}" for kind in sorted(found))
+        print(f"{tried.total()} of {len(points)} calls that write tried, {killed.total()} killed, in "
+              f"{time.monotonic() - start:.0f} s: {by_kind}", flush=True)
+        self.assertEqual(killed.keys(), found.keys(), "each kind of call is hit once at least")
+        self.assertGreater(killed.total(), 0.8 * tried.total())
+
+
+class Order(unittest.TestCase):
+    def test_each_kind_and_each_story_in_turn_and_repeatable(self):
+        stories = [Story(name, None, {}, [], ()) for name in ("one", "two")]
+        points = [Point(story, kind, number) for story in stories for kind, most in (("a", 30), ("b", 7), ("c", 1))
+                  for number in range(1, most + 1)]
+        order = in_order_of("7", points)
+        self.assertCountEqual(order, points)
+        self.assertEqual(order, in_order_of("7", reversed(points)))
+        self.assertNotEqual(order, in_order_of("8", points))
+        for first, last in ((0, 3), (3, 6)):
+            self.assertEqual({point.kind for point in order[first:last]}, {"a", "b", "c"})
+        for kind in "abc":
+            self.assertEqual({point.story.name for point in order[:6] if point.kind == kind}, {"one", "two"})
+        more = [Point(story, "a", 31) for story in stories]
+        for story in stories:
+            def numbers(some):
+                return [point.number for point in some if point.story is story and point.kind == "a"]
+            self.assertEqual(numbers(order), [number for number in numbers(in_order_of("7", points + more))
+                                              if number != 31])
 
 
 if __name__ == "__main__":
