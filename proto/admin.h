@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The messages of the admin channel (a Unix stream socket), same frames as the other channels, own hello and magic.
 // Requests carry an id that the operator's tool chose (not 0) and end by exactly one of admin_answer with last = 1,
-// ingest_ok, or error(id). One request at a time: the next is sent when the one before has ended.
+// ingest_ok, or error(id). They are answered in the order in which they came.
 //
 // Ingest: ingest_begin -> ingest_ready | error; then ingest_data in order (packet 0 from offset 0, without gaps);
 // then ingest_commit -> ingest_ok | error. Nothing is visible before ingest_ok; a connection that ends before leaves

@@ -33,7 +33,7 @@ constexpr std::array kCodes{
     CodeInfo{ErrorCode::not_joined, "not_joined", Ends::request,
              "The request came before the data channel had joined the session."},
     CodeInfo{ErrorCode::too_many_requests, "too_many_requests", Ends::request,
-             "The session has as many open requests as it may."},
+             "The session has as many open requests, or as many open meshes, as it may."},
     CodeInfo{ErrorCode::unknown_mesh, "unknown_mesh", Ends::request, "There is no mesh of that name."},
     CodeInfo{ErrorCode::unknown_handle, "unknown_handle", Ends::request,
              "The handle was not given out in this session."},

@@ -24,6 +24,8 @@ inline constexpr std::uint16_t kDefaultRequestPort = 7621;
 inline constexpr std::uint16_t kDefaultDataPort = 7622;
 inline constexpr std::uint16_t kJoinSeconds = 30;
 inline constexpr std::uint8_t kMaxOpenRequests = 8;
+/// Meshes that a session may have open and that are of use.
+inline constexpr std::uint32_t kMaxLiveHandles = 1'024;
 
 /// u16 major, u16 minor. Whoever sends it sends its own highest; both then speak the lower minor.
 struct Version {

@@ -29,6 +29,11 @@ bool AddressTable::enter(const Key& key) {
   return true;
 }
 
+std::size_t AddressTable::count(const Key& key) const {
+  const auto it = counts_.find(key);
+  return it == counts_.end() ? 0 : it->second;
+}
+
 void AddressTable::leave(const Key& key) {
   const auto it = counts_.find(key);
   if (--it->second == 0) counts_.erase(it);

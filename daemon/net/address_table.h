@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <unordered_map>
 
 #include "daemon/net/asio.h"
@@ -23,12 +24,13 @@ class AddressTable {
     asio::ip::address_v6::bytes_type bytes_;
   };
 
-  explicit AddressTable(std::size_t most) : most_(most) {}
+  explicit AddressTable(std::size_t most = std::numeric_limits<std::size_t>::max()) : most_(most) {}
 
   /// Counts one more. False, and nothing is counted, if the address has as many as it may.
   bool enter(const Key& key);
   /// REQUIRES: an enter() of this key that was not left yet.
   void leave(const Key& key);
+  [[nodiscard]] std::size_t count(const Key& key) const;
   [[nodiscard]] std::size_t addresses() const { return counts_.size(); }
 
  private:

@@ -95,13 +95,15 @@ awaitable<store::Result<SharedMesh>> Catalog::find(std::string name) {
 awaitable<store::Result<SharedMesh>> Catalog::find_generation(std::uint64_t generation) {
   if (auto held = held_.find_generation(generation)) co_return held;
   const std::uint64_t version = version_;
+  const std::uint64_t collected = collected_;
   auto work = [generation](store::MeshStore& store) { return catalog_mesh(store.find_generation(generation)); };
   auto found = co_await on_store(tasks_.executor(), reader_, std::move(work));
   if (!found) co_return found.error();
   const store::MeshId id = found.value().mesh.summary.id;
   if (collector_.is_gone(id)) co_return mesh_gone();
   auto mesh = held_.hold(std::move(found).value());
-  if (version == version_ && !collector_.is_retired(id)) held_.found_by_generation(mesh);
+  const bool live = version == version_ && collected == collected_ && !collector_.is_retired(id);
+  if (live) held_.found_by_generation(mesh);
   co_return mesh;
 }
 
@@ -197,6 +199,7 @@ void Catalog::retire(store::MeshId mesh) {
 }
 
 void Catalog::gone(store::MeshId mesh) {
+  ++collected_;
   held_.retire(mesh);  // one that an earlier run has left was not retired by retire()
   cache_.drop(mesh);
   for (auto it = reading_.lower_bound({mesh, 0}); it != reading_.end() && it->first.mesh == mesh; ++it) {

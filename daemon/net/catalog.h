@@ -109,7 +109,8 @@ class Catalog final : public MeshSource {
   std::uint64_t misses_ = 0;
   std::uint64_t reads_ = 0;
   std::map<PacketKey, std::shared_ptr<Reading>> reading_;
-  std::uint64_t version_ = 0;  ///< of the database, raised by each change
+  std::uint64_t version_ = 0;    ///< of the database, raised by each change
+  std::uint64_t collected_ = 0;  ///< meshes that may not be read any more
   std::shared_ptr<ListOnReader> list_;
   SharedBytes first_page_;  ///< of the whole list of this version, once somebody asked
   std::function<void(store::MeshId, Duration)> on_retired_;

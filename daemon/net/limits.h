@@ -16,8 +16,9 @@ struct Limits {
   std::size_t sessions_per_address = 256;  ///< of one IPv4 address or one IPv6 network of 64 bits
   std::size_t admin_connections = 128;
   std::size_t spare_data_connections = 32;  ///< beyond one a session: of sessions that have just ended, or never begin
+  std::size_t stray_data_connections = 4;   ///< of one address, beyond those that its sessions wait for
   std::size_t turned_away = 64;             ///< refused connections that may linger, a quarter of one address
-  std::size_t meshes_per_session = 1'024;   ///< handles given out in one session
+  std::size_t meshes_per_session = proto::kMaxLiveHandles;
 
   std::chrono::milliseconds hello{10'000};  ///< from the connection to its first whole frame, on every channel
   std::chrono::milliseconds join{std::chrono::seconds(proto::kJoinSeconds)};

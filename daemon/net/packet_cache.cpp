@@ -18,8 +18,11 @@ void PacketCache::put(const PacketKey& key, SharedBytes bytes) {
   const std::size_t size = cost(bytes);
   if (size > limit_ / kLargestPart) return;
   while (bytes_ + size > limit_) erase(entries_.find(order_.back().key));
-  order_.push_front({key, std::move(bytes)});
-  entries_.emplace(key, order_.begin());
+  // In this order nothing has changed if there is no memory for one of the two.
+  Order fresh;
+  fresh.push_front({key, std::move(bytes)});
+  entries_.emplace(key, fresh.begin());
+  order_.splice(order_.begin(), fresh);
   bytes_ += size;
 }
 

@@ -55,7 +55,6 @@ Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThr
       data_(io),
       admin_(io),
       session_addresses_(options_.limits.sessions_per_address),
-      joining_addresses_(options_.limits.sessions_per_address),
       lingering_addresses_(std::max<std::size_t>(1, options_.limits.turned_away / 4)) {
   catalog_.on_retired([this](store::MeshId mesh, Duration grace) {
     for (const auto& [key, weak] : sessions_) {
@@ -129,13 +128,21 @@ void Server::accept_data(TcpSocket socket) {
   const AddressTable::Key address(endpoint.address());
   // Together with those that have joined: descriptors are counted on for one data connection a session.
   if (data_connections_ >= options_.limits.sessions + options_.limits.spare_data_connections ||
-      !joining_addresses_.enter(address)) {
+      !may_join_from(address)) {
     turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
               "too many data connections wait to join");
     return;
   }
+  joining_addresses_.enter(address);
   ++data_connections_;
   tasks_.spawn("data channel", serve_data(std::move(channel), address));
+}
+
+bool Server::may_join_from(const AddressTable::Key& address) const {
+  const std::size_t sessions = session_addresses_.count(address);
+  const std::size_t joined = joined_addresses_.count(address);
+  const std::size_t awaited = sessions > joined ? sessions - joined : 0;
+  return joining_addresses_.count(address) < awaited + options_.limits.stray_data_connections;
 }
 
 void Server::accept_admin(UnixSocket socket) {
@@ -172,12 +179,18 @@ awaitable<void> Server::serve_data(std::shared_ptr<Channel> channel, AddressTabl
   co_await let_join(std::move(channel), address);
 }
 
-awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable::Key address) {
+awaitable<Channel::Incoming> Server::first_frame(std::shared_ptr<Channel> channel, AddressTable::Key address) {
   const std::uint64_t key = next_key_++;
+  const OnExit place([this, key, &address] {
+    joining_.erase(key);
+    joining_addresses_.leave(address);
+  });
   joining_.emplace(key, channel);
-  const Channel::Incoming incoming = co_await channel->read(Clock::now() + options_.limits.hello);
-  joining_.erase(key);
-  joining_addresses_.leave(address);
+  co_return co_await channel->read(Clock::now() + options_.limits.hello);
+}
+
+awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable::Key address) {
+  const Channel::Incoming incoming = co_await first_frame(channel, address);
   proto::Error refusal;
   if (std::holds_alternative<Channel::Closed>(incoming)) {
     co_await channel->finish();
@@ -196,6 +209,8 @@ awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable:
       if (!join) {
         refusal = join.error();
       } else if (const auto session = tokens_.redeem(join.value().token)) {
+        joined_addresses_.enter(address);
+        const OnExit joined([this, &address] { joined_addresses_.leave(address); });
         co_await session->run_data(std::move(channel));
         co_return;
       } else {

@@ -60,9 +60,14 @@ class Server {
   void accept_request(TcpSocket socket);
   void accept_data(TcpSocket socket);
   void accept_admin(UnixSocket socket);
+  /// Whether an address may have one more data connection that has not joined: one for each of its sessions that waits
+  /// for one, and a few more, as a network may send a client's second connection from another address.
+  [[nodiscard]] bool may_join_from(const AddressTable::Key& address) const;
   awaitable<void> serve_session(std::shared_ptr<Session> session, AddressTable::Key address);
   awaitable<void> serve_data(std::shared_ptr<Channel> channel, AddressTable::Key address);
-  /// Its first frame, which is to join a session.
+  /// Its first frame, and its place among those that wait to join until then.
+  awaitable<Channel::Incoming> first_frame(std::shared_ptr<Channel> channel, AddressTable::Key address);
+  /// Judges that frame, which is to join a session.
   awaitable<void> let_join(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
   /// Tells a connection that it cannot stay, and lets it linger if there is a place for that.
@@ -87,6 +92,7 @@ class Server {
   std::uint64_t next_key_ = 1;
   AddressTable session_addresses_;
   AddressTable joining_addresses_;    ///< of data connections that have not joined yet
+  AddressTable joined_addresses_;     ///< of those that have
   AddressTable lingering_addresses_;  ///< of connections that are being told to go
   std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
   std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;

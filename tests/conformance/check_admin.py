@@ -4,6 +4,7 @@
 The checks of what is stored work on a server of their own, so that nobody's meshes are touched.
 """
 
+import json
 import re
 import struct
 
@@ -91,8 +92,10 @@ def answers(context):
                           for k, level in enumerate(file.directory.levels)], shown["levels"])
         status = admin.ask("admin_status")[0]
         expect("fields of the status", [], [name for name in (
-            "version", "protocol", "rule", "slots", "sessions", "waiting", "running", "meshes", "listen", "request_port",
-            "data_port", "started_at", "uptime_seconds") if name not in status])
+            "version", "protocol", "rule", "slots", "sessions", "session_limit", "waiting", "running", "meshes",
+            "damaged_meshes", "listen", "request_port", "data_port", "started_at", "uptime_seconds", "cache_bytes",
+            "cache_limit_bytes", "cache_hits", "cache_misses") if name not in status])
+        expect("damaged meshes", [], admin.ask("admin_list")[0]["damaged"])
         expect("meshes and port", (2, server.address[1]), (status["meshes"], status["request_port"]))
         expect("removed", {"removed": "b", "generation": f"{file.generation:016x}"},
                {k: v for k, v in admin.ask("admin_remove", name="b")[0].items() if k in ("removed", "generation")})
@@ -149,6 +152,38 @@ def ingests_that_are_wrong(context):
                     file.directory.raw[:20] + b"\1" + file.directory.raw[21:]):
             expect("a wrong directory", "bad_directory", admin.begin("m", file, directory=raw)[1])
         expect("ingest afterwards", None, admin.ingest("m", file))
+
+
+@checks("A-2", "S-4")
+def one_ingest_at_a_time(context):
+    file = _small()
+    with context.operator.server({}) as server:
+        for what in ("begin", "data", "commit"):
+            with _admin(context, server) as admin:
+                number, refused = admin.begin("m", file)
+                expect("ingest_begin", None, refused)
+                expect("another request meanwhile", [], _names(admin))
+                if what == "begin":
+                    admin.send("ingest_begin", id=number + 9, flags=0, name="n", directory=file.directory.raw)
+                elif what == "data":
+                    admin.send("ingest_data", id=number + 9, packet=0, offset=0, bytes=file.packets[0])
+                else:
+                    admin.send("ingest_commit", id=number + 9)
+                admin.expect_end("wrong_state")
+        with _admin(context, server) as admin:
+            admin.send("ingest_begin", id=1, flags=2, name="m", directory=file.directory.raw)
+            admin.expect_end("malformed")
+
+
+@checks("A-6", "A-1")
+def an_answer_of_several_frames(context):
+    names = [f"{number:04}" + "x" * 120 for number in range(900)]
+    with context.operator.server({name: packets.make([60], name) for name in names}) as server, \
+            _admin(context, server) as admin:
+        document = admin.ask("admin_list")[0]
+        expect("more than a frame takes", True, len(json.dumps(document)) > wire.MAX_CHUNK)
+        expect("names", names, [mesh["name"] for mesh in document["meshes"]])
+        expect("the next answer", names, _names(admin))
 
 
 @checks("A-3")

@@ -21,6 +21,7 @@ MET_BY_GROUP = {
     "frames": ("unsupported_version", "bad_magic", "frame_too_long", "malformed", "unknown_type", "bad_name", "unknown_mesh"),
     "session": ("wrong_state", "bad_token", "channel_lost", "not_joined"),
     "requests": ("duplicate_id", "too_many_requests", "unknown_handle", "bad_range"),
+    "handles": (),
     "cancel": (),
     "list": ("internal_error",),
     "time": ("hello_timeout", "join_timeout", "too_many_sessions", "shutting_down", "stalled", "unavailable",

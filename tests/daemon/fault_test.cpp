@@ -104,6 +104,7 @@ TEST_F(FaultTest, LostRequestChannelClosesTheDataChannel) {
   EXPECT_TRUE(sessions_become(0));
 }
 
+// S-1
 TEST_F(FaultTest, LostSessionLeavesTheQueueAndFreesItsSlot) {
   const FakeMesh big = fake_mesh(1, {8'000'000});
   const FakeMesh small = fake_mesh(2, {100, 200});
@@ -211,6 +212,7 @@ TEST_F(FaultTest, RemovedOrReplacedMeshIsNeverMixed) {
   EXPECT_EQ(expect_error(session.requests, 6), "unknown_mesh");
 }
 
+//
 TEST_F(FaultTest, SameContentIngestedAgainGoesOn) {
   const FakeMesh mesh = fake_mesh(8, {10, 20, 30});
   ingest("m", mesh);
@@ -225,6 +227,7 @@ TEST_F(FaultTest, SameContentIngestedAgainGoesOn) {
   EXPECT_EQ(session.next_transfer().bytes, mesh.packets[1]);
 }
 
+//
 TEST(Grace, SameContentIngestedAgainOutlivesIt) {
   net::Limits limits;
   limits.grace = milliseconds(100);
@@ -323,6 +326,7 @@ TEST(FaultLimits, SessionsOverTheLimitAreTold) {
   EXPECT_EQ(expect<proto::Pong>(again.requests).id, 1U);
 }
 
+//
 TEST(FaultLimits, HandlesOfASessionAreBounded) {
   net::Limits limits;
   limits.meshes_per_session = 2;

@@ -112,26 +112,47 @@ TEST_F(LimitsTest, SessionsInAllAndFromOneAddress) {
 }
 
 TEST_F(LimitsTest, DataConnectionsThatHaveNotJoined) {
-  DaemonProcess daemon(folder_.path(), {"--max-sessions-per-address", "2", "--hello-timeout", "1"});
+  DaemonProcess daemon(folder_.path(), {"--hello-timeout", "1"});
   auto session = greet(2, daemon.request_port());
   auto joined = connect_from(2, session.hello.data_port);
   ASSERT_EQ(data_answer(joined, session.hello.token), "join_ok");
   const std::uint16_t port = session.hello.data_port;
   auto other = greet(2, daemon.request_port());
-  RawConnection first = connect_from(2, port);
-  RawConnection second = connect_from(2, port);
-  EXPECT_EQ(data_answer(first, std::nullopt), "nothing") << "who has joined does not count";
-  EXPECT_EQ(data_answer(second, std::nullopt), "nothing");
-  RawConnection third = connect_from(2, port);
-  EXPECT_EQ(data_answer(third, std::nullopt), "too_many_sessions");
-  EXPECT_TRUE(third.closes());
+  // One for the session that waits for its own, and four more.
+  std::vector<RawConnection> silent;
+  for (int i = 0; i < 5; ++i) silent.push_back(connect_from(2, port));
+  for (RawConnection& connection : silent) {
+    EXPECT_EQ(data_answer(connection, std::nullopt), "nothing") << "who has joined does not count";
+  }
+  RawConnection further = connect_from(2, port);
+  EXPECT_EQ(data_answer(further, std::nullopt), "too_many_sessions");
+  EXPECT_TRUE(further.closes());
   RawConnection elsewhere = connect_from(3, port);
   EXPECT_EQ(data_answer(elsewhere, proto::Token{}), "bad_token") << "another address has places of its own";
   // When their time is over they are told, and their places are free again.
-  EXPECT_EQ(expect_error(first, 0), "join_timeout");
-  EXPECT_EQ(expect_error(second, 0), "join_timeout");
+  for (RawConnection& connection : silent) EXPECT_EQ(expect_error(connection, 0), "join_timeout");
   RawConnection late = connect_from(2, port);
   EXPECT_EQ(data_answer(late, other.hello.token), "join_ok");
+}
+
+TEST_F(LimitsTest, OneAddressCannotKeepTheOthersFromJoining) {
+  DaemonProcess daemon(folder_.path(), {"--max-sessions", "40", "--max-sessions-per-address", "32"});
+  std::vector<Greeting> in;
+  std::vector<RawConnection> data;
+  for (int i = 0; i < 32; ++i) {
+    in.push_back(greet(2, daemon.request_port()));
+    ASSERT_EQ(in.back().refusal, "");
+    data.push_back(connect_from(2, in.back().hello.data_port));
+    ASSERT_EQ(data_answer(data.back(), in.back().hello.token), "join_ok");
+  }
+  std::vector<RawConnection> silent;
+  for (int i = 0; i < 200; ++i) silent.push_back(connect_from(2, in[0].hello.data_port));
+  for (unsigned host = 3; host < 11; ++host) {
+    in.push_back(greet(host, daemon.request_port()));
+    ASSERT_EQ(in.back().refusal, "");
+    data.push_back(connect_from(host, in.back().hello.data_port));
+    EXPECT_EQ(data_answer(data.back(), in.back().hello.token), "join_ok");
+  }
 }
 
 TEST_F(LimitsTest, AllThatAreRefusedAreToldAndFewOfThemLinger) {
@@ -201,7 +222,7 @@ TEST_P(DescriptorsTest, NobodyIsLetInForWhomThereIsNone) {
   }
   // Data connections that never join take no more descriptors than were set aside, and the operator still gets in.
   std::vector<RawConnection> crowd;
-  for (int i = 0; i < 200; ++i) crowd.push_back(connect_from(3, in[0].hello.data_port));
+  for (unsigned i = 0; i < 200; ++i) crowd.push_back(connect_from(3 + i % 50, in[0].hello.data_port));
   const auto turned_away = [&crowd] {
     return std::count_if(crowd.begin(), crowd.end(), [](RawConnection& one) { return one.stirs(milliseconds(0)); });
   };

@@ -6,8 +6,10 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "proto/admin.h"
 #include "proto/codes.h"
 #include "proto/mesh_list.h"
 #include "proto/text.h"
@@ -103,6 +105,7 @@ TEST(Document, Limits) {
       {"bytes in a chunk, an ingest_data or an admin_answer", std::to_string(kMaxChunkBytes)},
       {"bytes of a level directory", std::to_string(kMaxDirectoryBytes)},
       {"meshes on a page of the mesh list", std::to_string(kMaxPageEntries)},
+      {"live handles of a session", std::to_string(kMaxLiveHandles)},
       {"open requests of a session", std::to_string(kMaxOpenRequests)},
       {"bytes of a mesh name, of filter and of after", std::to_string(kMaxNameBytes)},
       {"bytes of an agent's name", std::to_string(kMaxAgentBytes)},
@@ -172,6 +175,43 @@ Frames resume_example() {
   };
 }
 
+/// The third one.
+Frames version_example() {
+  return {
+      {"client, request: hello", encode(Hello{{2, 0}, "later 2"})},
+      {"server, request: error",
+       encode(ErrorMessage{0, ErrorCode::unsupported_version, "this server speaks version 1"})},
+      {"client, request: ping", encode(Ping{9})},
+      {"server, request: pong", encode(Pong{9})},
+  };
+}
+
+Bytes ingest_data_frame(std::uint64_t offset, std::string_view bytes) {
+  const auto header = encode_ingest_data_header({1, 0, offset}, static_cast<std::uint32_t>(bytes.size()));
+  Bytes frame(header.begin(), header.end());
+  const Bytes payload = testing::text_bytes(bytes);
+  frame.insert(frame.end(), payload.begin(), payload.end());
+  return frame;
+}
+
+/// The fourth one.
+Frames ingest_example() {
+  constexpr std::uint64_t kGeneration = 0x1122334455667788;
+  return {
+      {"client, admin: admin_hello", encode(AdminHello{{1, 0}, "example 1"})},
+      {"server, admin: admin_hello_ok", encode(AdminHelloOk{{1, 0}, "pmcd 0.1.0"})},
+      {"client, admin: ingest_begin", encode(IngestBegin{1, true, "cube", testing::text_bytes("DIRECTORY")})},
+      {"server, admin: ingest_ready", encode(IngestReady{1})},
+      {"client, admin: ingest_data", ingest_data_frame(0, "012345")},
+      {"client, admin: ingest_data", ingest_data_frame(6, "6789")},
+      {"client, admin: ingest_commit", encode(IngestCommit{1})},
+      {"server, admin: ingest_ok", encode(IngestOk{1, kGeneration, false})},
+      {"client, admin: admin_remove", encode(AdminRemove{2, "cube"})},
+      {"server, admin: admin_answer",
+       encode(AdminAnswer{2, true, R"({"removed":"cube","generation":"1122334455667788"})"})},
+  };
+}
+
 /// The frames of the n-th fenced block below the heading of the examples.
 Frames documented_example(int n) {
   Frames frames;
@@ -207,7 +247,9 @@ void expect_same(const Frames& documented, const Frames& expected) {
 TEST(Document, WorkedExamples) {
   expect_same(documented_example(1), fetch_example());
   expect_same(documented_example(2), resume_example());
-  EXPECT_TRUE(documented_example(3).empty()) << "an example that nothing checks";
+  expect_same(documented_example(3), version_example());
+  expect_same(documented_example(4), ingest_example());
+  EXPECT_TRUE(documented_example(5).empty()) << "an example that nothing checks";
 }
 
 }  // namespace
