@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""What needs an operator: meshes that change, a server that ends, its time-outs and limits, damage in its store.
+"""Time, and what needs an operator: meshes that change, a server that ends, its limits, damage in its store.
 
-Every check has a server of its own, so that its options can be short and its end harms no other check.
+Every check but times_of_the_document has a server of its own, so that its options can be short and its end harms no other
+check.
 """
 
 import time
@@ -182,13 +183,17 @@ def data_connections_that_say_nothing(context):
         for begin in (b"", wire.message("join", token=line.hello_ok.token)[:-1]):
             channel = Channel((line.host, line.hello_ok.data_port), "data")
             channel.send(begin)
-            answer = channel.next()
-            expect("the answer", ("error", 0, wire.CODES["join_timeout"]),
-                   answer and (answer.name, answer.fields.get("id"), answer.fields.get("code")))
-            context.meet(answer.code)
-            expect("the channel's end", None, channel.next())
-            channel.close()
+            _says_join_timeout(context, channel, 10)
         line.ping()
+
+
+def _says_join_timeout(context, channel, timeout):
+    answer = channel.next(timeout)
+    expect("the answer", ("error", 0, wire.CODES["join_timeout"]),
+           answer and (answer.name, answer.fields.get("id"), answer.fields.get("code")))
+    context.meet(answer.code)
+    expect("the channel's end", None, channel.next(timeout))
+    channel.close()
 
 
 @checks("W-2", "H-1", "H-5")
@@ -200,6 +205,27 @@ def a_session_that_does_not_join(context):
         channel.send(wire.message("join", token=line.hello_ok.token))
         expect("a token that is too old", wire.CODES["bad_token"], channel.next().fields.get("code"))
         channel.close()
+
+
+@checks("W-1", "W-2", "W-3", "W-4")
+def times_of_the_document(context):
+    """The waits side by side, on any server; it fails on one whose operator chose other times than the document's."""
+    context.need_time(60)
+    big, began = context.need_big(), time.monotonic()
+    with context.session(greet=False) as silent, context.session(join=False) as unjoined, context.session() as idle, \
+            context.session(receive_buffer=_SMALL_WINDOW) as stalled:
+        channel = Channel((idle.host, idle.hello_ok.data_port), "data")
+        running = stalled.ask("get_base_mesh", name=big.name)
+        stalled.until(lambda: running.chunks, "the first chunk", timeout=40)  # others may have the line before
+        data, stalled.data = stalled.data, None
+        silent.expect_end("hello_timeout", timeout=20)
+        expect("not before 10 seconds", True, time.monotonic() - began > 9.5)
+        _says_join_timeout(context, channel, 20)
+        stalled.expect_end("stalled", timeout=30)
+        stalled.data = data
+        unjoined.expect_end("join_timeout", timeout=unjoined.hello_ok.seconds + 10)
+        expect("a token is good for its time", True, time.monotonic() - began > unjoined.hello_ok.seconds - 0.5)
+        idle.ping()
 
 
 @checks("W-3", "S-3")

@@ -10,6 +10,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,8 +29,8 @@ _TIMEOUT_S = 60
 class Mock:
     """A run of the scripted server. Use as a context; finish() gives its exit code and output."""
 
-    def __init__(self, *arguments):
-        self.process = subprocess.Popen([sys.executable, _HERE / "mock_server.py", *map(str, arguments)], text=True,
+    def __init__(self, *arguments, program=_HERE / "mock_server.py"):
+        self.process = subprocess.Popen([sys.executable, program, *map(str, arguments)], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         first = self.process.stdout.readline()
         self.text = "" if first.startswith("listening on ") else first
@@ -96,6 +97,19 @@ class Pmctool(unittest.TestCase):
         with concurrent.futures.ThreadPoolExecutor(_AT_ONCE) as pool:
             complaints = [one for found in pool.map(lambda play: _play(*play), plays) for one in found]
         self.assertFalse(complaints, "\n\n" + "\n\n".join(complaints))
+
+
+class Folder(unittest.TestCase):
+    def test_the_folder_is_complete_in_itself(self):
+        with tempfile.TemporaryDirectory(prefix="pmcd-folder-") as folder:
+            copy = shutil.copytree(_HERE, pathlib.Path(folder) / "copy")
+            for path in sorted((copy / "scenarios").glob("*.json")):
+                with self.subTest(path.stem), Mock("--scenario", path, program=copy / "mock_server.py") as mock:
+                    self.assertRegex(mock.address, r":\d+$", mock.text)
+
+    def test_its_mesh_is_the_golden_one(self):
+        name = "sphere-12.pmcd"  # the target remake_golden copies it
+        self.assertEqual((_HERE / "scenarios" / name).read_bytes(), (_HERE.parent / "golden" / name).read_bytes())
 
 
 class ScriptedServer(unittest.TestCase):
