@@ -6,15 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <sstream>
 #include <utility>
 #include <vector>
 
-#include "daemon/net/farewell.h"
 #include "daemon/net/on_exit.h"
-#include "proto/text.h"
 
 namespace pmcd::net {
 namespace {
@@ -51,11 +48,11 @@ Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThr
       answers_(tasks_, options_.limits),
       context_{catalog_, dispatcher_, tokens_, answers_, options_.limits, 0, "pmcd " + options_.version, false},
       admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
+      refusals_(tasks_, options_.limits, context_.log),
       requests_(io),
       data_(io),
       admin_(io),
-      session_addresses_(options_.limits.sessions_per_address),
-      lingering_addresses_(std::max<std::size_t>(1, options_.limits.turned_away / 4)) {
+      session_addresses_(options_.limits.sessions_per_address) {
   catalog_.on_retired([this](store::MeshId mesh, Duration grace) {
     for (const auto& [key, weak] : sessions_) {
       if (const auto session = weak.lock()) session->mesh_retired(mesh, grace);
@@ -104,13 +101,13 @@ void Server::accept_request(TcpSocket socket) {
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxClientFrame, kRequestBuffer);
   const AddressTable::Key address(endpoint.address());
   if (sessions_.size() >= options_.limits.sessions) {
-    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
-              "the daemon serves as many sessions as it may; try again later");
+    refusals_.turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+                        "the daemon serves as many sessions as it may; try again later");
     return;
   }
   if (!session_addresses_.enter(address)) {
-    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
-              "your address has as many sessions as it may");
+    refusals_.turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+                        "your address has as many sessions as it may");
     return;
   }
   const std::uint64_t key = next_key_++;
@@ -129,8 +126,8 @@ void Server::accept_data(TcpSocket socket) {
   // Together with those that have joined: descriptors are counted on for one data connection a session.
   if (data_connections_ >= options_.limits.sessions + options_.limits.spare_data_connections ||
       !may_join_from(address)) {
-    turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
-              "too many data connections wait to join");
+    refusals_.turn_away(std::move(channel), address, proto::ErrorCode::too_many_sessions,
+                        "too many data connections wait to join");
     return;
   }
   joining_addresses_.enter(address);
@@ -149,9 +146,9 @@ void Server::accept_admin(UnixSocket socket) {
   const auto peer = peer_identity(socket.native_handle());
   auto channel = std::make_shared<Channel>(std::move(socket), options_.limits, proto::kMaxAdminFrame, kAdminBuffer);
   if (context_.draining || admins_.size() >= options_.limits.admin_connections) {
-    turn_away(std::move(channel), admin_address(),
-              context_.draining ? proto::ErrorCode::shutting_down : proto::ErrorCode::too_many_sessions,
-              "no more admin connections are taken now");
+    refusals_.turn_away(std::move(channel), admin_address(),
+                        context_.draining ? proto::ErrorCode::shutting_down : proto::ErrorCode::too_many_sessions,
+                        "no more admin connections are taken now");
     return;
   }
   const std::uint64_t key = next_key_++;
@@ -218,32 +215,7 @@ awaitable<void> Server::let_join(std::shared_ptr<Channel> channel, AddressTable:
       }
     }
   }
-  turn_away(std::move(channel), address, refusal.code, refusal.detail);
-}
-
-void Server::turn_away(std::shared_ptr<Channel> channel, const AddressTable::Key& address, proto::ErrorCode code,
-                       const std::string& text) {
-  if (context_.log.take()) spdlog::info("connection refused: {}: {}", proto::code_name(code), text);
-  proto::ErrorMessage message;
-  message.code = code;
-  message.text = proto::printable(text, proto::kMaxErrorTextBytes);
-  proto::Bytes frame = proto::encode(message);
-  if (lingering_ < options_.limits.turned_away && lingering_addresses_.enter(address)) {
-    ++lingering_;
-    channel->send(std::move(frame));
-    tasks_.spawn("turn away", let_linger(std::move(channel), address));
-  } else {
-    say_farewell(channel->native_handle(), frame);
-    channel->abort();
-  }
-}
-
-awaitable<void> Server::let_linger(std::shared_ptr<Channel> channel, AddressTable::Key address) {
-  const OnExit place([this, address] {
-    --lingering_;
-    lingering_addresses_.leave(address);
-  });
-  co_await channel->finish();
+  refusals_.turn_away(std::move(channel), address, refusal.code, refusal.detail);
 }
 
 awaitable<bool> Server::drain() {

@@ -18,6 +18,7 @@
 #include "daemon/net/join_table.h"
 #include "daemon/net/limits.h"
 #include "daemon/net/listener.h"
+#include "daemon/net/refusals.h"
 #include "daemon/net/session.h"
 #include "daemon/net/task_group.h"
 #include "daemon/scheduler/scheduler.h"
@@ -70,10 +71,6 @@ class Server {
   /// Judges that frame, which is to join a session.
   awaitable<void> let_join(std::shared_ptr<Channel> channel, AddressTable::Key address);
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
-  /// Tells a connection that it cannot stay, and lets it linger if there is a place for that.
-  void turn_away(std::shared_ptr<Channel> channel, const AddressTable::Key& address, proto::ErrorCode code,
-                 const std::string& text);
-  awaitable<void> let_linger(std::shared_ptr<Channel> channel, AddressTable::Key address);
   void close_listeners();
   StatusReport status() const;
 
@@ -85,20 +82,19 @@ class Server {
   AnswerWatch answers_;
   SessionContext context_;
   AdminContext admin_context_;
+  Refusals refusals_;
   TcpAcceptor requests_;
   TcpAcceptor data_;
   UnixAcceptor admin_;
   std::uint16_t request_port_ = 0;
   std::uint64_t next_key_ = 1;
   AddressTable session_addresses_;
-  AddressTable joining_addresses_;    ///< of data connections that have not joined yet
-  AddressTable joined_addresses_;     ///< of those that have
-  AddressTable lingering_addresses_;  ///< of connections that are being told to go
+  AddressTable joining_addresses_;  ///< of data connections that have not joined yet
+  AddressTable joined_addresses_;   ///< of those that have
   std::map<std::uint64_t, std::weak_ptr<Session>> sessions_;
   std::map<std::uint64_t, std::weak_ptr<AdminConnection>> admins_;
   std::map<std::uint64_t, std::weak_ptr<Channel>> joining_;  ///< data connections that have not joined yet
   std::size_t data_connections_ = 0;                         ///< those and the ones that have joined
-  std::size_t lingering_ = 0;                                ///< connections that are being told to go
   std::uint64_t admin_inode_ = 0;
   Clock::time_point started_;
   std::int64_t started_at_ = 0;

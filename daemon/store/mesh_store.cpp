@@ -25,6 +25,21 @@ auto guarded(Work&& work) -> decltype(work()) {
 
 }  // namespace
 
+MeshSummary summarize(const codec::Directory& directory) {
+  MeshSummary summary;
+  summary.generation = directory.generation;
+  summary.format_version = directory.format_version;
+  summary.lossless = directory.lossless;
+  summary.lattice = directory.lattice;
+  summary.box_min = directory.box_min;
+  summary.box_max = directory.box_max;
+  summary.vertices = directory.levels.back().vertices;
+  summary.faces = directory.levels.back().faces;
+  summary.packets = static_cast<std::uint32_t>(directory.levels.size());
+  for (const codec::LevelEntry& level : directory.levels) summary.bytes += level.bytes;
+  return summary;
+}
+
 Error name_taken(std::string_view name) {
   return {ErrorCode::name_taken, "a mesh named \"" + std::string(name) + "\" is in the database already"};
 }

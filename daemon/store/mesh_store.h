@@ -100,6 +100,9 @@ Status check_directory(const codec::Directory& directory);
 /// Errors: bad_directory, bad_packet, too_large.
 Status check_mesh(const codec::Directory& directory, std::span<const std::span<const std::byte>> packets);
 
+/// What a directory says of its mesh. REQUIRES: it has a level. Name, id and time are left to the caller.
+MeshSummary summarize(const codec::Directory& directory);
+
 /// The error of a name that is in use.
 Error name_taken(std::string_view name);
 

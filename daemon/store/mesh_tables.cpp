@@ -18,20 +18,10 @@ std::int64_t seconds_since_1970() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-MeshSummary summarize(const NewMesh& mesh) {
-  MeshSummary summary;
+MeshSummary summary_of(const NewMesh& mesh) {
+  MeshSummary summary = summarize(mesh.directory);
   summary.name = mesh.name;
   summary.added_at = seconds_since_1970();
-  summary.generation = mesh.directory.generation;
-  summary.format_version = mesh.directory.format_version;
-  summary.lossless = mesh.directory.lossless;
-  summary.lattice = mesh.directory.lattice;
-  summary.box_min = mesh.directory.box_min;
-  summary.box_max = mesh.directory.box_max;
-  summary.vertices = mesh.directory.levels.back().vertices;
-  summary.faces = mesh.directory.levels.back().faces;
-  summary.packets = static_cast<std::uint32_t>(mesh.directory.levels.size());
-  for (const codec::LevelEntry& level : mesh.directory.levels) summary.bytes += level.bytes;
   return summary;
 }
 
@@ -115,7 +105,7 @@ Status MeshTables::prepare() {
 }
 
 Result<Inserted> MeshTables::insert(const NewMesh& mesh) {
-  MeshSummary summary = summarize(mesh);
+  MeshSummary summary = summary_of(mesh);
   Transaction transaction(db_);
   const std::optional<MeshId> before = live(mesh.name);
   if (before && !mesh.replace) return name_taken(mesh.name);

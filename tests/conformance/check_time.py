@@ -1,136 +1,40 @@
 # SPDX-License-Identifier: MIT
-"""Time, and what needs an operator: meshes that change, a server that ends, its limits, damage in its store.
+"""Times and limits: connections that are silent or slow, a server that is full or ends.
 
-Every check but times_of_the_document has a server of its own, so that its options can be short and its end harms no other
-check.
+The checks with an operator have a server of their own, so that its options can be short and its end harms no other check.
+Those of the document's times need none.
 """
 
 import time
 
 import packets
 import wire
-from check_requests import fetch_all
+from check_changes import await_notice, base_of, notices_of, old_mesh
 from session import Channel, Failed, Session
-from suite import NotTried, checks, expect, expect_complete, expect_refused
+from suite import checks, expect, expect_complete
 
 _SMALL_WINDOW = 4096
 _BIG = 12 << 20  # more than fits into the buffers of both kernels
-
-
-def _old():
-    return packets.make([300, 400, 500, 600], "old")
 
 
 def _big():
     return packets.make([_BIG, 500], "big")
 
 
-def _notices(line, kind):
-    return [n for n in line.notices if n.kind == kind]
-
-
-def _await_notice(line, kind):
-    line.until(lambda: _notices(line, kind), f"a notice of kind {kind}")
-    return _notices(line, kind)[0]
-
-
-def _base(line, name):
-    return expect_complete(line.finish(line.ask("get_base_mesh", name=name)))
-
-
-@checks("R-13", "N-2", "R-9", "T-4")
-def replaced_while_it_is_fetched(context):
-    old, new = _old(), packets.make([350, 450], "new")
-    with context.operator.server({"m": old}) as server, context.session(server.address) as line, \
-            context.session(server.address) as bystander:
-        base = _base(line, "m")
-        server.put("m", new)
-        notice = _await_notice(line, wire.MESH_RETIRED)
-        expect("the notice's handle", base.opened.handle, notice.handle)
-        expect("seconds", True, notice.seconds > 0)
-        expect("SHA-256 of the old packets", [packets.sha256(p) for p in old.packets],
-               [packets.sha256(p) for p in fetch_all(line, base)])
-        again = line.finish(line.ask("get_packet", generation=old.generation, packet=2, offset=100))
-        expect("old packet 2 from 100", old.packets[2][100:], bytes(again.data))
-        fresh = _base(line, "m")
-        expect("another handle and generation", (True, new.generation),
-               (fresh.opened.handle != base.opened.handle, fresh.opened.generation))
-        expect("SHA-256 of the new packets", [packets.sha256(p) for p in new.packets],
-               [packets.sha256(p) for p in fetch_all(line, fresh)])
-        expect("the old handle goes on", "complete",
-               line.finish(line.ask("get_packet", generation=old.generation, packet=1, offset=0)).outcome)
-        other = _base(bystander, "m")
-        expect("others see the new one", new.generation, other.opened.generation)
-        bystander.settle()
-        expect("notices to whom they do not concern", 0, len(bystander.notices))
-
-
-@checks("R-13", "N-2", "R-5")
-def removed_while_it_is_fetched(context):
-    old = _old()
-    with context.operator.server({"m": old, "n": packets.make([100], "n")}) as server, \
-            context.session(server.address) as line, context.session(server.address) as late:
-        base = _base(line, "m")
-        server.remove("m")
-        expect("the notice's handle", base.opened.handle, _await_notice(line, wire.MESH_RETIRED).handle)
-        expect_refused(late.finish(late.ask("get_base_mesh", name="m")), "unknown_mesh")
-        expect_refused(line.finish(line.ask("get_base_mesh", name="m")), "unknown_mesh")
-        expect("SHA-256 of the old packets", [packets.sha256(p) for p in old.packets],
-               [packets.sha256(p) for p in fetch_all(line, base)])
-
-
-@checks("R-13", "R-12")
-def mesh_changed_when_the_grace_time_is_over(context):
-    old = _old()
-    with context.operator.server({"m": old}, grace_time=0.5) as server, context.session(server.address) as line:
-        base = _base(line, "m")
-        server.put("m", packets.make([350, 450], "new"))
-        _await_notice(line, wire.MESH_RETIRED)
-        deadline = time.monotonic() + 8
-        while True:
-            request = line.finish(line.ask("get_packet", generation=old.generation, packet=1, offset=0))
-            if request.outcome == "mesh_changed":
-                break
-            expect("old packet 1", old.packets[1], bytes(request.data))
-            if time.monotonic() > deadline:
-                raise Failed("R-13 mesh_changed when the grace time of 0.5 s is over", "the old mesh after 8 s")
-            time.sleep(0.05)
-        expect_refused(line.finish(line.ask("get_next_packet", handle=base.opened.handle)), "mesh_changed")
-        expect("a new handle", True, _base(line, "m").opened.handle != base.opened.handle)
-
-
-@checks("R-12", "R-13")
-def mesh_changed_in_a_new_session(context):
-    old = _old()
-    with context.operator.server({"m": old}, grace_time=0.2) as server:
-        with context.session(server.address) as line:
-            _base(line, "m")
-        server.put("m", packets.make([350, 450], "new"))
-        deadline = time.monotonic() + 8
-        while True:
-            with context.session(server.address) as line:
-                request = line.finish(line.ask("get_packet", generation=old.generation, packet=1, offset=0))
-                if request.outcome == "mesh_changed":
-                    return
-            if time.monotonic() > deadline:
-                raise Failed("R-12 mesh_changed", request.outcome)
-            time.sleep(0.05)
-
-
 @checks("N-1", "W-5", "H-5", "S-1")
 def a_server_that_ends(context):
-    with context.operator.server({"m": _old(), "big": _big()}, drain_timeout=0.8) as server, \
+    with context.operator.server({"m": old_mesh(), "big": _big()}, drain_timeout=0.8) as server, \
             context.session(server.address, receive_buffer=_SMALL_WINDOW) as line, \
             context.session(server.address) as idle, context.session(server.address, join=False) as greeted, \
             context.session(server.address, greet=False) as silent:
         running = line.ask("get_base_mesh", name="big")
         line.until(lambda: running.chunks, "the first chunk")
         server.terminate()
-        expect("the notice's handle", 0, _await_notice(greeted, wire.DRAINING).handle)
-        expect("the notice's handle", 0, _await_notice(idle, wire.DRAINING).handle)
+        expect("the notice's handle", 0, await_notice(greeted, wire.DRAINING).handle)
+        expect("the notice's handle", 0, await_notice(idle, wire.DRAINING).handle)
         silent.request.send(wire.message("hello", agent="late"))
         silent.expect_end("shutting_down")
-        _unread_until(line, lambda: _notices(line, wire.DRAINING))
+        _unread_until(line, lambda: notices_of(line, wire.DRAINING))
         for one in (idle, greeted):
             one.expect_end("shutting_down")
         data, line.data = line.data, None
@@ -146,7 +50,7 @@ def a_running_transfer_may_end(context):
         waiting = line.ask("get_next_packet", handle=0)
         line.until(lambda: running.chunks and running.opened, "the first chunk")
         server.terminate()
-        _unread_until(line, lambda: _notices(line, wire.DRAINING))
+        _unread_until(line, lambda: notices_of(line, wire.DRAINING))
         line.widen()
         expect_complete(line.finish(running, timeout=25))
         line.expect_end("shutting_down")
@@ -207,35 +111,53 @@ def a_session_that_does_not_join(context):
         channel.close()
 
 
-@checks("W-1", "W-2", "W-3", "W-4")
+@checks("W-1", "W-2", "W-4")
 def times_of_the_document(context):
-    """The waits side by side, on any server; it fails on one whose operator chose other times than the document's."""
+    """The waits side by side, on any server: one whose operator chose other times than the document's fails."""
     context.need_time(60)
-    big, began = context.need_big(), time.monotonic()
-    with context.session(greet=False) as silent, context.session(join=False) as unjoined, context.session() as idle, \
-            context.session(receive_buffer=_SMALL_WINDOW) as stalled:
-        channel = Channel((idle.host, idle.hello_ok.data_port), "data")
-        running = stalled.ask("get_base_mesh", name=big.name)
+    with context.session() as idle, context.session(join=False) as unjoined:
+        at = time.monotonic()
+        context.need_time(unjoined.hello_ok.seconds + 20)
+        silent = Channel((idle.host, idle.hello_ok.data_port), "data")
+        with context.session(greet=False) as nobody:
+            nobody.expect_end("hello_timeout", timeout=30)
+        _not_before("hello_timeout", 10, at)
+        _says_join_timeout(context, silent, 30)
+        unjoined.expect_end("join_timeout", timeout=unjoined.hello_ok.seconds + 20)
+        _not_before("join_timeout", unjoined.hello_ok.seconds, at)
+        time.sleep(max(0, 35 - (time.monotonic() - at)))
+        idle.ping()
+
+
+@checks("W-3")
+def stalled_by_the_document(context):
+    """On any server, as above."""
+    context.need_time(60)
+    mesh = context.need_big()
+    with context.session(receive_buffer=_SMALL_WINDOW) as stalled:
+        running = stalled.ask("get_base_mesh", name=mesh.name)
         stalled.until(lambda: running.chunks, "the first chunk", timeout=40)  # others may have the line before
+        at = time.monotonic()
         data, stalled.data = stalled.data, None
-        silent.expect_end("hello_timeout", timeout=20)
-        expect("not before 10 seconds", True, time.monotonic() - began > 9.5)
-        _says_join_timeout(context, channel, 20)
         stalled.expect_end("stalled", timeout=30)
         stalled.data = data
-        unjoined.expect_end("join_timeout", timeout=unjoined.hello_ok.seconds + 10)
-        expect("a token is good for its time", True, time.monotonic() - began > unjoined.hello_ok.seconds - 0.5)
-        idle.ping()
+        _not_before("stalled", 10, at)
+
+
+def _not_before(what, seconds, since):
+    took = time.monotonic() - since
+    if took < seconds - 0.5:
+        raise Failed(f"{what} after {seconds} seconds, if the operator has not chosen other times", f"{took:.1f} seconds")
 
 
 @checks("W-3", "S-3")
 def a_client_that_takes_nothing(context):
-    with context.operator.server({"big": _big(), "m": _old()}, stall_timeout=0.6, slots=1) as server, \
+    with context.operator.server({"big": _big(), "m": old_mesh()}, stall_timeout=0.6, slots=1) as server, \
             context.session(server.address, receive_buffer=_SMALL_WINDOW) as stalled, \
             context.session(server.address) as other:
         running = stalled.ask("get_base_mesh", name="big")
         stalled.until(lambda: running.chunks, "the first chunk")
-        _base(other, "m")  # waits for the slot
+        base_of(other, "m")  # waits for the slot
         data, stalled.data = stalled.data, None
         stalled.expect_end("stalled")
         stalled.data = data
@@ -260,7 +182,7 @@ def a_client_that_takes_too_little(context):
 
 @checks("W-3")
 def answers_that_are_not_taken(context):
-    with context.operator.server({"m": _old()}, stall_timeout=0.6) as server:
+    with context.operator.server({"m": old_mesh()}, stall_timeout=0.6) as server:
         line = Session(server.address, on_code=context.meet)
         try:
             line.request.socket.settimeout(0.05)
@@ -279,9 +201,9 @@ def answers_that_are_not_taken(context):
 
 @checks("W-4", "H-3")
 def silence_with_nothing_under_way(context):
-    with context.operator.server({"m": _old()}, stall_timeout=0.3, hello_timeout=0.3, join_timeout=1) as server, \
+    with context.operator.server({"m": old_mesh()}, stall_timeout=0.3, hello_timeout=0.3, join_timeout=1) as server, \
             context.session(server.address) as line:
-        base = _base(line, "m")
+        base = base_of(line, "m")
         time.sleep(1.5)  # several times each time-out
         line.ping()
         expect("the session goes on", 1, line.finish(line.ask("get_next_packet", handle=base.opened.handle)).packet)
@@ -290,15 +212,15 @@ def silence_with_nothing_under_way(context):
 @checks("W-6", "H-5")
 def too_many_sessions(context):
     for option in ("max_sessions", "max_sessions_per_address"):
-        with context.operator.server({"m": _old()}, **{option: 2}) as server, context.session(server.address) as one, \
+        with context.operator.server({"m": old_mesh()}, **{option: 2}) as server, context.session(server.address) as one, \
                 context.session(server.address) as two:
             with context.session(server.address, greet=False) as third:
                 third.request.send(wire.message("hello", agent="third"))
                 third.expect_end("too_many_sessions")
             with context.session(server.address, greet=False) as silent:
                 silent.expect_end("too_many_sessions")
-            _base(one, "m")
-            _base(two, "m")
+            base_of(one, "m")
+            base_of(two, "m")
             two.send("goodbye")
             two.expect_end(None)
             _when_there_is_room(context, server)
@@ -314,25 +236,3 @@ def _when_there_is_room(context, server):
             if time.monotonic() > deadline:
                 raise
             time.sleep(0.05)
-
-
-@checks("E-1", "R-3", "S-3")
-def a_mesh_that_cannot_be_read(context):
-    broken = packets.make([3001, 3002, 3003], "broken")
-    with context.operator.server({"broken": broken, "m": _old()}, cache_size=0) as server:
-        server.damage(3002)
-        with context.session(server.address) as line:
-            base = line.finish(line.ask("get_base_mesh", name="broken"))
-            if base.outcome == "complete":
-                behind = [line.prepare("get_next_packet", handle=base.opened.handle) for _ in range(3)]
-                line.request.send(b"".join(frame for _, frame in behind))
-                line.finish(*(request for request, _ in behind))
-                for request, _ in behind:
-                    expect_refused(request, "unavailable")
-            else:
-                expect_refused(base, "unavailable")
-            again = line.finish(line.ask("get_base_mesh", name="broken"))
-            if again.opened:
-                expect("another handle", True, again.opened.handle != base.opened.handle)
-            _base(line, "m")
-            line.ping()

@@ -24,8 +24,8 @@ MET_BY_GROUP = {
     "handles": (),
     "cancel": (),
     "list": ("internal_error",),
-    "time": ("hello_timeout", "join_timeout", "too_many_sessions", "shutting_down", "stalled", "unavailable",
-             "mesh_changed"),
+    "changes": ("unavailable", "mesh_changed"),
+    "time": ("hello_timeout", "join_timeout", "too_many_sessions", "shutting_down", "stalled"),
     "admin": ("mesh_exists", "bad_directory", "bad_packet", "ingest_incomplete", "too_large", "storage_failed"),
 }
 

@@ -15,7 +15,7 @@ import report
 import suite
 from session import Failed, Session
 
-GROUPS = ("frames", "session", "requests", "handles", "cancel", "list", "time", "admin")
+GROUPS = ("frames", "session", "requests", "handles", "cancel", "list", "changes", "time", "admin")
 
 
 def load_checks():

@@ -21,6 +21,7 @@ import wire
 from session import Session
 
 _HERE = pathlib.Path(__file__).resolve().parent
+_PROGRAM = _HERE / "mock_server.py"
 _SCENARIOS = sorted((_HERE / "scenarios").glob("*.json"))
 _AT_ONCE = 4  # most of the time both sides wait
 _TIMEOUT_S = 60
@@ -29,7 +30,7 @@ _TIMEOUT_S = 60
 class Mock:
     """A run of the scripted server. Use as a context; finish() gives its exit code and output."""
 
-    def __init__(self, *arguments, program=_HERE / "mock_server.py"):
+    def __init__(self, *arguments, program=_PROGRAM):
         self.process = subprocess.Popen([sys.executable, program, *map(str, arguments)], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         first = self.process.stdout.readline()
@@ -60,12 +61,12 @@ def _bytes_of(source, scenario, path):
     return packets.make(mesh, source).data if isinstance(mesh, list) else (path.parent / mesh).read_bytes()
 
 
-def _play(path, values):
+def _play(path, values, program=_PROGRAM):
     """Complaints about one scenario, played once with pmctool."""
     scenario = json.loads(path.read_text(encoding="utf-8"))
     exits = scenario["exit"] if isinstance(scenario["exit"], list) else [scenario["exit"]]
     with tempfile.TemporaryDirectory(prefix="pmcd-scenario-") as folder, \
-            Mock("--scenario", path, "--timeout", 20, *values) as mock:
+            Mock("--scenario", path, "--timeout", 20, *values, program=program) as mock:
         out = pathlib.Path(folder) / "out.pmcd"
         words = {"$server": mock.address, "$out": str(out)}
         client = subprocess.run([os.environ["PMCTOOL"], *(words.get(word, word) for word in scenario["client"])],
@@ -106,6 +107,7 @@ class Folder(unittest.TestCase):
             for path in sorted((copy / "scenarios").glob("*.json")):
                 with self.subTest(path.stem), Mock("--scenario", path, program=copy / "mock_server.py") as mock:
                     self.assertRegex(mock.address, r":\d+$", mock.text)
+            self.assertEqual(_play(copy / "scenarios" / "lost_line.json", [], copy / "mock_server.py"), [])
 
     def test_its_mesh_is_the_golden_one(self):
         name = "sphere-12.pmcd"  # the target remake_golden copies it

@@ -16,18 +16,8 @@ Content make_content(std::uint64_t seed, const std::vector<std::size_t>& payload
   Content content;
   content.directory = fake.directory_bytes();
   content.mesh.levels = fake.directory.levels;
-  store::MeshSummary& summary = content.mesh.summary;
-  summary.generation = fake.directory.generation;
-  summary.format_version = fake.directory.format_version;
-  summary.lossless = fake.directory.lossless;
-  summary.lattice = fake.directory.lattice;
-  summary.box_min = fake.directory.box_min;
-  summary.box_max = fake.directory.box_max;
-  summary.vertices = fake.directory.levels.back().vertices;
-  summary.faces = fake.directory.levels.back().faces;
-  summary.packets = static_cast<std::uint32_t>(fake.packets.size());
+  content.mesh.summary = store::summarize(fake.directory);
   for (auto& packet : fake.packets) {
-    summary.bytes += packet.size();
     content.packets.push_back(std::make_shared<const proto::Bytes>(std::move(packet)));
   }
   return content;
