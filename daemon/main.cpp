@@ -69,9 +69,8 @@ bool respect_descriptors(net::Limits& limits) {
   if (::setrlimit(RLIMIT_NOFILE, &limit) != 0) ::getrlimit(RLIMIT_NOFILE, &limit);
   const std::size_t descriptors = limit.rlim_cur;
   if (descriptors < net::kFewestDescriptors) {
-    spdlog::critical(
-        "{} descriptors (RLIMIT_NOFILE) are too few: at least {} are needed, and two more for each session",
-        descriptors, net::kFewestDescriptors);
+    spdlog::critical("{} descriptors (RLIMIT_NOFILE) are too few: at least {} are needed, {} for {} sessions",
+                     descriptors, net::kFewestDescriptors, net::descriptors_used(limits), limits.sessions);
     return false;
   }
   const net::Limits fit = net::fit_descriptors(limits, descriptors);
