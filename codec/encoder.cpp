@@ -10,6 +10,7 @@
 #include "codec/encoder/decimation.h"
 #include "codec/encoder/grouping.h"
 #include "codec/encoder/plan_writer.h"
+#include "codec/encoder/precision.h"
 #include "codec/encoder/proof.h"
 #include "codec/level_state.h"
 #include "codec/packet/base_header.h"
@@ -91,12 +92,12 @@ struct Writing {
 };
 
 // Drives the decoder's own functions with a source that writes; the header is filled in when all packets stand.
-Status write_packet(Writing& w, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
-                    const LevelBounds& bounds) {
+Status write_packet(Writing& w, std::span<const PassRecord> passes, unsigned shift, bool with_isolated,
+                    bool with_exactness, const LevelBounds& bounds) {
   const bool is_base = w.packets.empty();
   std::vector<std::byte> bytes(kPacketHeaderBytes);
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
-  PlanWriter writer(w.plan, passes, with_isolated, with_exactness, bytes);
+  PlanWriter writer(w.plan, passes, shift, with_isolated, with_exactness, bytes);
   Status status =
       is_base ? code_base_mesh(w.state, writer, bounds.vertices, bounds.faces) : code_passes(w.state, bounds, writer);
   if (status) status = code_isolated(w.state, bounds.vertices, writer);
@@ -208,7 +209,12 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   w.state.lattice = *lattice;
   w.state.lossless = lossless;
   const LevelBounds bounds{total, static_cast<std::uint32_t>(mesh.faces.size())};
-  Status written = write_packet(w, {}, groups.empty(), false, bounds);
+  const PrecisionPlan precision(mesh, w.plan.points);
+  w.plan.structured = repeats_coordinates(mesh, w.plan.points);
+  std::uint32_t vertices = in_faces;
+  for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());
+  Status written = write_packet(w, {}, groups.empty() ? 0 : precision.shift_at(vertices, lattice->bits), groups.empty(),
+                                false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);
   w.state.points.reserve(total);
@@ -217,14 +223,16 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   for (std::size_t k = 0; k < groups.size() && written; ++k) {
     const bool last = k + 1 == groups.size();
     const std::span<PassRecord> of_packet(passes.data() + first_pass, groups[k]);
-    written = write_packet(w, of_packet, last, last && exact && !exact_apart, bounds);
+    for (const PassRecord& pass : of_packet) vertices += static_cast<std::uint32_t>(pass.removed.size());
+    const unsigned shift = last ? 0 : std::min(w.state.shift, precision.shift_at(vertices, lattice->bits));
+    written = write_packet(w, of_packet, shift, last, last && exact && !exact_apart, bounds);
     for (PassRecord& pass : of_packet) pass = {};
     first_pass += groups[k];
     if (!go_on(kDecimated + (kWritten - kDecimated) * w.state.mesh.vertex_count() / std::max(1u, total))) {
       return cancelled;
     }
   }
-  if (written && exact_apart) written = write_packet(w, {}, false, true, bounds);
+  if (written && exact_apart) written = write_packet(w, {}, 0, false, true, bounds);
   if (!written) return written.error();
   write_headers(w);
   w.state = {};

@@ -43,6 +43,7 @@ struct BitReport {
   double base = 0;
   double connectivity = 0;
   double geometry = 0;
+  double precision = 0;  ///< further digits of positions that were known coarsely
   double exactness = 0;  ///< what lifts lattice positions to the original coordinates
   double isolated = 0;   ///< vertices in no face
 };

@@ -38,7 +38,7 @@ TriangleMesh to_triangle_mesh(const LevelState& state) {
     mesh.positions = state.exact;
   } else {
     mesh.positions.reserve(state.points.size());
-    for (const LatticePoint& p : state.points) mesh.positions.push_back(state.lattice.position(p));
+    for (const LatticePoint& p : state.points) mesh.positions.push_back(state.lattice.position_of_middle(p));
   }
   mesh.faces.reserve(state.mesh.face_count());
   for (std::uint32_t f = 0; f < state.mesh.face_count(); ++f) mesh.faces.push_back(state.mesh.face(f));

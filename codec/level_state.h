@@ -10,8 +10,9 @@
 #include "codec/conquest/conquest.h"
 #include "codec/conquest/symbol_model.h"
 #include "codec/entropy/integer_model.h"
+#include "codec/geometry/position_coder.h"
 #include "codec/geometry/predictor.h"
-#include "codec/geometry/residual_model.h"
+#include "codec/geometry/surface.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "codec/mesh/triangle_mesh.h"
@@ -22,7 +23,7 @@ namespace pmcd::codec {
 struct Models {
   SymbolModel symbol;
   AdaptiveBit ear;  ///< beyond a boundary edge, in ear passes
-  ResidualModel residual;
+  PositionModels position;
   std::array<SignedModel, 3> isolated;  ///< per axis
 };
 
@@ -30,11 +31,13 @@ struct LevelState {
   Lattice lattice;
   bool lossless = false;
   HalfEdgeMesh mesh;                 ///< isolated vertices are vertices without a half-edge
-  std::vector<LatticePoint> points;  ///< by vertex
+  std::vector<LatticePoint> points;  ///< by vertex, in half steps: the middle of the cell that is known
+  unsigned shift = 0;                ///< binary digits of the lattice points that are not known yet
   std::vector<Position> exact;       ///< by vertex, once the exactness section was applied; else empty
   std::vector<Seed> seeds;           ///< one a component
   Models models;
   Predictor predictor;
+  Surface surface;  ///< by vertex
 
   std::uint32_t level = 0;
   std::uint64_t generation = 0;

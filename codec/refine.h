@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
-// From one level to the next: the packet's passes, each with all its connectivity first and then its geometry, with the
-// refined connectivity known. The decoder reads through these functions, the encoder writes through them. They check
-// what a packet can get wrong; they do not look at headers.
+// From one level to the next: first the connectivity of all the packet's passes, then the positions of all their
+// vertices, which so see the finest connectivity, then further digits of the older positions. The decoder reads through
+// these functions, the encoder writes through them. They check what a packet can get wrong; they do not look at
+// headers.
 #pragma once
 
+#include <algorithm>
 #include <array>
-#include <cmath>
-#include <utility>
+#include <vector>
 
 #include "codec/conquest/conquest.h"
 #include "codec/conquest/ears.h"
+#include "codec/geometry/position_coder.h"
+#include "codec/geometry/provisional.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
 #include "codec/source.h"
@@ -56,6 +59,8 @@ class InsertingDriver {
     const std::uint32_t vertex = mesh.add_vertex();
     state_.points.push_back(provisional);
     insert_centre(mesh, patch, triangulation, vertex);
+    state_.surface.resize(mesh.vertex_count());
+    state_.surface.opened(state_.points, patch, triangulation);
     source_.told_inserted(vertex);
     return symbol;
   }
@@ -67,49 +72,6 @@ class InsertingDriver {
   LevelBounds bounds_;
   Source& source_;
 };
-
-/// The three coordinates of one vertex, one after the other: the expected covariance is an ellipsoid about the normal,
-/// and each coordinate is expected given those before it (conditional Gaussian). The axis along which the normal is
-/// longest comes last. False: the packet is damaged.
-template <typename Source>
-bool code_position(ResidualModel& model, Source& source, const Expectation& expected, std::int32_t most,
-                   const LatticePoint& wanted, LatticePoint& point) {
-  const Vec& n = expected.normal;
-  std::array<std::size_t, 3> axis = {0, 1, 2};
-  auto longer = [&](std::size_t i, std::size_t j) { return n[i] * n[i] > n[j] * n[j]; };
-  if (longer(axis[0], axis[1])) std::swap(axis[0], axis[1]);
-  if (longer(axis[1], axis[2])) std::swap(axis[1], axis[2]);
-  if (longer(axis[0], axis[1])) std::swap(axis[0], axis[1]);
-
-  const double t = expected.tangential * expected.tangential;
-  const double difference = expected.across * expected.across - t;
-  auto covariance = [&](std::size_t i, std::size_t j) {
-    return difference * n[axis[i]] * n[axis[j]] + (i == j ? t : 0);
-  };
-  std::array<std::array<double, 3>, 3> factor{};
-  std::array<double, 3> z{};
-  constexpr double kLeastVariance = 1e-3;
-  for (std::size_t i = 0; i < 3; ++i) {
-    double mean = expected.position[axis[i]];
-    double variance = covariance(i, i);
-    for (std::size_t j = 0; j < i; ++j) {
-      double sum = covariance(i, j);
-      for (std::size_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
-      factor[i][j] = sum / factor[j][j];
-      variance -= factor[i][j] * factor[i][j];
-      mean += factor[i][j] * z[j];
-    }
-    if (!(variance > kLeastVariance)) variance = kLeastVariance;
-    factor[i][i] = std::sqrt(variance);
-    if (!(mean > 0)) mean = 0;
-    if (mean > most) mean = most;
-    const std::int32_t value = model.code(source, wanted[axis[i]], mean, factor[i][i], most);
-    if (value < 0) return false;
-    point[axis[i]] = value;
-    z[i] = (value - mean) / factor[i][i];
-  }
-  return true;
-}
 
 /// The inserting side of an ear pass (conquest/ears.h). False: the packet is damaged. [linear in the half-edges]
 template <typename Source>
@@ -125,15 +87,19 @@ bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
     const LatticePoint provisional{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
     const std::uint32_t vertex = mesh.add_vertex();
     state.points.push_back(provisional);
+    const std::uint32_t from = mesh.origin(h);
+    const std::uint32_t to = mesh.target(h);
     insert_ear(mesh, h, vertex);
+    state.surface.resize(mesh.vertex_count());
+    state.surface.clipped_on(state.points, from, to, vertex);
     source.told_inserted(vertex);
   }
   return true;
 }
 
-/// One pass. Errors: corrupt_data.
+/// The connectivity of one pass; its vertices stand at provisional positions. Errors: corrupt_data.
 template <typename Source>
-Status code_pass(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source) {
+Status code_connectivity(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source) {
   const std::uint32_t before = state.mesh.vertex_count();
   InsertingDriver<Source> driver(state, marks, kind, bounds, source);
   const bool walked = kind == PassKind::ears ? insert_ears(state, bounds, source)
@@ -141,43 +107,110 @@ Status code_pass(LevelState& state, Marks& marks, PassKind kind, const LevelBoun
   if (!walked) {
     return Error{ErrorCode::corrupt_data, before, "the packet's connectivity contradicts itself"};
   }
-  source.told_part(PacketPart::connectivity);
-  const std::uint32_t after = state.mesh.vertex_count();
-  if (after == before) return Error{ErrorCode::corrupt_data, before, "a pass that inserts nothing"};
-  state.predictor.resize(after);
-  for (std::uint32_t v = before; v < after; ++v) {
-    const Expectation expected = state.predictor.expect(state.mesh, state.points, v);
-    LatticePoint point{};
-    if (source.failed() || !code_position(state.models.residual, source, expected, state.lattice.max_index(),
-                                          source.wanted_point(v), point)) {
+  if (state.mesh.vertex_count() == before) {
+    return Error{ErrorCode::corrupt_data, before, "a pass that inserts nothing"};
+  }
+  return {};
+}
+
+/// Guesses again where the vertices from `first` on stand. [linear in them]
+inline void place_all(LevelState& state, std::uint32_t first) {
+  const std::int32_t most = 2 * state.lattice.max_index();
+  for (std::uint32_t v = first; v < state.mesh.vertex_count(); ++v) {
+    place_provisionally(state.mesh, state.points, state.surface, v, most);
+  }
+}
+
+/// A position is known: learns from it and puts the vertex there.
+inline void settle(LevelState& state, const Expectation& expected, std::uint32_t v, const LatticePoint& point) {
+  state.predictor.learn(expected, v, point, state.surface);
+  state.surface.moved(state.mesh, state.points, v, state.points[v], point);
+  state.points[v] = point;
+}
+
+/// The positions of the vertices from `first` to before `end`; `later_passes`: how many passes of the packet follow
+/// whose positions are not known yet. Errors: corrupt_data.
+template <typename Source>
+Status code_positions(LevelState& state, std::uint32_t first, std::uint32_t end, std::size_t later_passes,
+                      Source& source) {
+  const std::size_t stage = std::min(later_passes, kEarliestPass);
+  const std::int32_t most = state.lattice.max_index() >> state.shift;
+  for (std::uint32_t v = first; v < end; ++v) {
+    const Expectation expected = state.predictor.expect(state.mesh, state.points, state.surface, v, state.shift, stage);
+    LatticePoint cell{};
+    if (source.failed() || !code_position(state.models.position, source, state.points, expected, most, state.shift,
+                                          nullptr, 0, cell_of(source.wanted_point(v), state.shift), cell)) {
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
-    state.points[v] = point;
-    state.predictor.learn(expected, v, point);
+    settle(state, expected, v, middle_of(cell, state.shift));
   }
-  source.told_part(PacketPart::geometry);
+  return {};
+}
+
+/// Further digits of the positions of the vertices before `end`, which lack `shift` digits, down to the level's shift.
+/// Errors: corrupt_data.
+template <typename Source>
+Status code_digits(LevelState& state, unsigned shift, std::uint32_t end, Source& source) {
+  const std::int32_t most = state.lattice.max_index() >> state.shift;
+  for (std::uint32_t v = 0; v < end; ++v) {
+    if (state.mesh.outgoing(v) == kNone) continue;  // isolated: it came with all digits
+    if (source.failed()) return Error{ErrorCode::corrupt_data, v, "the packet's digits end too early"};
+    const Expectation expected =
+        state.predictor.expect(state.mesh, state.points, state.surface, v, state.shift, kFurtherDigits);
+    const LatticePoint known = cell_of_middle(state.points[v], shift);
+    LatticePoint cell{};
+    code_position(state.models.position, source, state.points, expected, most, state.shift, &known, shift - state.shift,
+                  cell_of(source.wanted_point(v), state.shift), cell);
+    settle(state, expected, v, middle_of(cell, state.shift));
+  }
   return {};
 }
 
 /// A pass may cost next to no bits but costs a walk over the mesh: so their number is bounded, and each must insert.
 inline constexpr std::uint32_t kMaxPasses = 1024;
 
-/// The passes of a refinement packet, coarse to fine. Errors: corrupt_data.
+/// A refinement packet: its passes, coarse to fine. Errors: corrupt_data.
 template <typename Source>
 Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source) {
-  Marks marks;
-  const std::uint32_t passes = source.raw(source.wanted_passes(), 16);
+  const unsigned old_shift = state.shift;
+  const std::uint32_t old_count = state.mesh.vertex_count();
+  state.shift = source.raw(source.wanted_shift(), 5);
+  if (state.shift > old_shift || old_shift - state.shift > CoordinateModel::kMostDigits) {
+    return Error{ErrorCode::corrupt_data, state.shift, "digits of positions can only be added, a few at a time"};
+  }
+  const auto guessing = static_cast<Guessing>(source.raw(static_cast<std::uint32_t>(source.wanted_guessing()), 1));
+  const std::uint32_t passes = source.raw(source.wanted_passes(), 11);
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
+
+  Marks marks;
+  std::vector<std::uint32_t> pass_end;
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     source.told_pass(pass);
     const std::uint32_t kind = source.raw(static_cast<std::uint32_t>(source.wanted_pass_kind()), 2);
     if (kind > static_cast<std::uint32_t>(PassKind::ears)) {
       return Error{ErrorCode::corrupt_data, pass, "an unknown kind of pass"};
     }
-    Status status = code_pass(state, marks, static_cast<PassKind>(kind), bounds, source);
+    const std::uint32_t first = state.mesh.vertex_count();
+    Status status = code_connectivity(state, marks, static_cast<PassKind>(kind), bounds, source);
     if (!status) return status;
+    if (pass + 1 < passes) place_all(state, first);
+    pass_end.push_back(state.mesh.vertex_count());
   }
-  return {};
+  source.told_part(PacketPart::connectivity);
+
+  std::uint32_t first = old_count;
+  for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
+    if (pass == 0 || guessing == Guessing::before_each_pass) place_all(state, first);
+    Status status = code_positions(state, first, pass_end[pass], pass_end.size() - 1 - pass, source);
+    if (!status) return status;
+    first = pass_end[pass];
+  }
+  source.told_part(PacketPart::geometry);
+
+  if (state.shift == old_shift) return {};
+  Status status = code_digits(state, old_shift, old_count, source);
+  source.told_part(PacketPart::precision);
+  return status;
 }
 
 }  // namespace pmcd::codec

@@ -7,6 +7,8 @@
 //   bool bit(AdaptiveBit&, bool value)          one decision under a model
 //   uint32 raw(uint32 value, unsigned count)    count <= 32 bits without a model
 //   uint32 uniform(uint32 value, uint32 count)  a number below count (count < 2^24)
+//   uint32 symbol(uint32 value, uint32 count, guess, cumulative)   a number below count under a distribution; `guess()`
+//                                               answers where to look first (RangeDecoder::symbol)
 //   bool failed()                               nothing read from here on means anything
 // where `value` is what the encoder wants; the reader ignores it and every call answers what holds. And it has the
 // wanted_...() questions, by which the shared functions ask the encoder what it wants, and the told_...() calls, by
@@ -30,8 +32,11 @@ struct BaseStep {
   std::uint32_t vertex = 0;  ///< decoder's number, for known_vertex
 };
 
+/// How often the positions that are still to come in a packet are guessed again: at first, or before each pass too.
+enum class Guessing : std::uint8_t { once = 0, before_each_pass = 1 };
+
 /// What a stretch of a packet is about, for the encoder's account of bits.
-enum class PacketPart : std::uint8_t { base, connectivity, geometry, isolated, exactness };
+enum class PacketPart : std::uint8_t { base, connectivity, geometry, precision, isolated, exactness };
 
 class PacketReader {
  public:
@@ -40,9 +45,16 @@ class PacketReader {
   bool bit(AdaptiveBit& model, bool /*value*/) { return decoder_.bit(model); }
   std::uint32_t raw(std::uint32_t /*value*/, unsigned count) { return count == 0 ? 0 : decoder_.raw(count); }
   std::uint32_t uniform(std::uint32_t /*value*/, std::uint32_t count) { return decoder_.uniform(count); }
+  template <typename Guess, typename Cumulative>
+  std::uint32_t symbol(std::uint32_t /*value*/, std::uint32_t count, const Guess& guess, const Cumulative& cumulative) {
+    return decoder_.symbol(count, guess, cumulative);
+  }
   [[nodiscard]] bool failed() const { return decoder_.overrun(); }
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
+  [[nodiscard]] std::uint32_t wanted_shift() const { return 0; }
+  [[nodiscard]] Guessing wanted_guessing() const { return Guessing::once; }
+  [[nodiscard]] bool wanted_structured() const { return false; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }
   [[nodiscard]] PassKind wanted_pass_kind() const { return PassKind::decimating; }
   [[nodiscard]] bool wanted_ear(std::uint32_t /*edge_origin*/) const { return false; }

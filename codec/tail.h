@@ -38,11 +38,11 @@ Status code_isolated(LevelState& state, std::uint32_t max_vertices, Source& sour
       point[axis] = static_cast<std::int32_t>(value);
     }
     const std::uint32_t vertex = state.mesh.add_vertex();
-    state.points.push_back(point);
+    state.points.push_back(middle_of(point, 0));
     source.told_isolated(k, vertex);
     previous = point;
   }
-  state.predictor.resize(state.mesh.vertex_count());
+  state.surface.resize(state.mesh.vertex_count());
   source.told_part(PacketPart::isolated);
   return {};
 }
@@ -95,7 +95,7 @@ Status code_exactness(LevelState& state, Source& source) {
     Position position{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const OrderedRange run =
-          floats_in_cell(state.lattice, static_cast<int>(axis), state.points[v][axis], bounds[axis]);
+          floats_in_cell(state.lattice, static_cast<int>(axis), state.points[v][axis] / 2, bounds[axis]);
       if (source.failed() || run.last < run.first) return corrupt;
       const std::uint64_t count = static_cast<std::uint64_t>(run.last) - static_cast<std::uint64_t>(run.first) + 1;
       const std::uint64_t wanted = static_cast<std::uint64_t>(to_ordered(source.wanted_exact(v, axis), scalar)) -

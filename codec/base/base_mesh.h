@@ -75,6 +75,9 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
     return face;
   };
 
+  state.shift = source.raw(source.wanted_shift(), 5);
+  state.models.position.structured = source.raw(source.wanted_structured() ? 1 : 0, 1) != 0;
+  if (state.shift >= state.lattice.bits) return corrupt;
   const std::uint32_t components = source.raw(source.wanted_components(), 32);
   if (components > max_faces) return corrupt;
   for (std::uint32_t component = 0; component < components; ++component) {
@@ -122,11 +125,11 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
   std::array<SignedModel, 3> start_model;  // first vertices of components, against the one before
   std::array<SignedModel, 3> step_model;   // all others, against the parallelogram, drawn in by half
   state.points.reserve(count);
-  const std::int32_t most = state.lattice.max_index();
+  const std::int32_t most = state.lattice.max_index() >> state.shift;
   LatticePoint start{most / 2, most / 2, most / 2};
   for (std::uint32_t v = 0; v < count; ++v) {
     const Reference& from = reference[v];
-    const LatticePoint wanted = source.wanted_point(v);
+    const LatticePoint wanted = cell_of(source.wanted_point(v), state.shift);
     LatticePoint point{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::int32_t guess = start[axis];
@@ -144,7 +147,8 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
     if (from.a == kNone) start = point;
     state.points.push_back(point);
   }
-  state.predictor.resize(count);
+  for (LatticePoint& point : state.points) point = middle_of(point, state.shift);
+  state.surface.build(state.mesh, state.points);
   source.told_part(PacketPart::base);
   return {};
 }

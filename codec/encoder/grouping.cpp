@@ -8,8 +8,10 @@ namespace {
 
 // One pass takes out a quarter to a third, so groups of two passes grow 1.8 to 2.2 times.
 constexpr double kUsualGrowth = 1.75;
+// The finest level holds most of the bytes and gains most from seeing all its connectivity first: three passes.
+constexpr double kLastGrowth = 2.2;
 // No level grows by more than this, unless a single pass does.
-constexpr double kMostGrowth = 2.8;
+constexpr double kMostGrowth = 3.0;
 
 // A mesh of more vertices than this is worth at least so many packets after the base.
 constexpr std::uint32_t kLargeMesh = 5000;
@@ -44,7 +46,8 @@ std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uin
       level_end = vertices_after[pass];
     }
     ++in_group;
-    if (level_end < growth * before(pass)) continue;
+    const double wanted = groups.empty() && !most_packets ? std::max(growth, kLastGrowth) : growth;
+    if (level_end < wanted * before(pass)) continue;
     groups.push_back(in_group);
     in_group = 0;
     level_end = before(pass);

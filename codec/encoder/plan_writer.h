@@ -23,6 +23,8 @@ struct EncodingPlan {
   HalfEdgeMesh base;  ///< what decimation left
   std::vector<Seed> seeds;
   std::vector<std::uint32_t> isolated;  ///< in the order in which they are coded
+  Guessing guessing = Guessing::once;
+  bool structured = false;
   Position box_min{};
   Position box_max{};
 
@@ -33,10 +35,15 @@ struct EncodingPlan {
 /// Writes one packet's coded part.
 class PlanWriter {
  public:
-  /// `passes` are those of this packet, coarse to fine.
-  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
-             std::vector<std::byte>& out)
-      : plan_(plan), passes_(passes), with_isolated_(with_isolated), with_exactness_(with_exactness), encoder_(out) {}
+  /// `passes` are those of this packet, coarse to fine; `shift` is how many digits are unknown after it.
+  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, unsigned shift, bool with_isolated,
+             bool with_exactness, std::vector<std::byte>& out)
+      : plan_(plan),
+        passes_(passes),
+        shift_(shift),
+        with_isolated_(with_isolated),
+        with_exactness_(with_exactness),
+        encoder_(out) {}
 
   bool bit(AdaptiveBit& model, bool value) {
     encoder_.bit(model, value);
@@ -50,9 +57,18 @@ class PlanWriter {
     encoder_.uniform(value, count);
     return value;
   }
+  template <typename Guess, typename Cumulative>
+  std::uint32_t symbol(std::uint32_t value, std::uint32_t count, const Guess& /*guess*/, const Cumulative& cumulative) {
+    const std::uint32_t low = cumulative(value);
+    encoder_.part(low, cumulative(value + 1) - low, cumulative(count));
+    return value;
+  }
   [[nodiscard]] static bool failed() { return false; }
   void finish() { encoder_.finish(); }
 
+  [[nodiscard]] std::uint32_t wanted_shift() const { return shift_; }
+  [[nodiscard]] Guessing wanted_guessing() const { return plan_.guessing; }
+  [[nodiscard]] bool wanted_structured() const { return plan_.structured; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
   [[nodiscard]] PassKind wanted_pass_kind() const { return passes_[pass_].kind; }
   /// Whether an ear stands beyond the boundary edge that leaves this vertex; told_inserted then means that ear.
@@ -104,6 +120,7 @@ class PlanWriter {
 
   EncodingPlan& plan_;
   std::span<const PassRecord> passes_;
+  unsigned shift_;
   bool with_isolated_;
   bool with_exactness_;
   RangeEncoder encoder_;
@@ -157,6 +174,9 @@ inline void PlanWriter::told_part(PacketPart part) {
       break;
     case PacketPart::geometry:
       plan_.bits.geometry += spent;
+      break;
+    case PacketPart::precision:
+      plan_.bits.precision += spent;
       break;
     case PacketPart::isolated:
       plan_.bits.isolated += spent;

@@ -45,6 +45,14 @@ class RangeEncoder {
     if (range_ < kLeast) shift();
   }
 
+  /// The part [low, low + width) of `total`. REQUIRES: width > 0, low + width <= total < 2^26.
+  void part(std::uint32_t low, std::uint32_t width, std::uint32_t total) {
+    range_ /= total;
+    add(range_ * low);
+    range_ *= width;
+    if (range_ < kLeast) shift();
+  }
+
   /// Ends the stream; nothing may follow. Zero bytes of the last eight are left out, earlier ones are not: a reader
   /// that misses more than eight bytes knows that the stream was cut.
   void finish() {
@@ -128,6 +136,55 @@ class RangeDecoder {
   std::uint32_t uniform(std::uint32_t count) {
     range_ /= count;
     return number(count - 1);
+  }
+
+  /// Which number below `count` was coded as the part [cumulative(i), cumulative(i + 1)) of cumulative(count).
+  /// `cumulative` rises strictly from 0 to less than 2^26; `guess` answers a number below count near the one whose part
+  /// holds the value it is told. [logarithmic in the guess's distance]
+  template <typename Guess, typename Cumulative>
+  std::uint32_t symbol(std::uint32_t count, const Guess& guess, const Cumulative& cumulative) {
+    range_ /= cumulative(count);
+    const std::uint64_t scaled = code_ / range_;
+    // The answer lies in [low, high); cumulative(low) <= scaled.
+    std::uint32_t low = guess(scaled);
+    std::uint32_t at_low = cumulative(low);
+    std::uint32_t high = low + 1;
+    std::uint32_t at_high = 0;
+    std::uint32_t step = 1;
+    if (at_low > scaled) {
+      do {
+        high = low;
+        at_high = at_low;
+        low = low > step ? low - step : 0;
+        step *= 2;
+        at_low = cumulative(low);
+      } while (at_low > scaled);
+    } else {
+      for (;; step *= 2) {
+        at_high = cumulative(high);
+        if (at_high > scaled || high == count) break;
+        low = high;
+        at_low = at_high;
+        high = count - high > step ? high + step : count;
+      }
+    }
+    while (high - low > 1) {
+      const std::uint32_t middle = low + (high - low) / 2;
+      const std::uint32_t at_middle = cumulative(middle);
+      if (at_middle <= scaled) {
+        low = middle;
+        at_low = at_middle;
+      } else {
+        high = middle;
+        at_high = at_middle;
+      }
+    }
+    // Only in the sliver that division leaves, which no encoder uses, does the code lie beyond the last part.
+    code_ -= range_ * at_low;
+    range_ *= at_high - at_low;
+    if (code_ >= range_) code_ = range_ - 1;
+    if (range_ < kLeast) shift();
+    return low;
   }
 
   /// Whether more was read than an honest stream can need: then what was decoded means nothing.

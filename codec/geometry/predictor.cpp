@@ -2,212 +2,195 @@
 // Every value here steers decoding: fixed order of operations, + - * / and sqrt only, every quotient guarded.
 #include "codec/geometry/predictor.h"
 
+#include <utility>
+
 namespace pmcd::codec {
 namespace {
 
-constexpr double kDecay = 0.998;
-constexpr double kRidge = 0.5;
-constexpr unsigned kSolveEvery = 16;
-constexpr std::uint32_t kMaxWalkedValence = 24;
 constexpr double kSmallest = 1e-6;
+constexpr LeastSquares<Expectation::kFeatures, 1>::Tuning kTuning{0.998, 4, 16};
+constexpr std::array<double, Expectation::kFeatures> kPrior{0.3, 0.3, 0, 0, 0, 0, 0};
 
-// The second ring as one ring vertex sees it.
-struct Around {
-  Vec neighbour_sum;  // of its neighbours but the centre
-  double neighbours = 0;
-  Vec normal;  // area-weighted
-};
-
-Around look_around(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t v,
-                   std::uint32_t centre, const Vec& centre_guess) {
-  Around around;
-  const Vec here = to_vec(points[v]);
-  Vec previous;
-  bool has_previous = false;
-  Vec first;
-  mesh.for_each_neighbour(v, [&](std::uint32_t w) {
-    const bool is_centre = w == centre;
-    const Vec position = is_centre ? centre_guess : to_vec(points[w]);
-    if (!is_centre) {
-      around.neighbour_sum = around.neighbour_sum + position;
-      around.neighbours += 1;
-    }
-    const Vec offset = position - here;
-    if (has_previous) {
-      around.normal = around.normal + cross(previous, offset);
-    } else {
-      first = offset;
-    }
-    previous = offset;
-    has_previous = true;
-  });
-  if (!mesh.is_boundary(v)) around.normal = around.normal + cross(previous, first);
-  return around;
+template <typename Element, std::size_t Count>
+std::array<Element, Count> copies_of(const Element& element) {
+  return [&]<std::size_t... I>(std::index_sequence<I...> /*counting*/) {
+    return std::array<Element, Count>{(static_cast<void>(I), element)...};
+  }
+  (std::make_index_sequence<Count>());
 }
 
-Vec ear_parallelogram(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t ear) {
-  const std::uint32_t beyond = mesh.opposite(HalfEdgeMesh::next(mesh.outgoing(ear)));
-  const Vec a = to_vec(points[mesh.origin(beyond)]);
-  const Vec b = to_vec(points[mesh.target(beyond)]);
-  return a + b - to_vec(points[mesh.apex(beyond)]);
+std::size_t group_of(const Ring& ring) {
+  if (ring.border) return ring.size < 4 ? ring.size + 4 : 8;
+  return ring.size < 8 ? ring.size - (ring.size < 3 ? ring.size : 3) : 5;
+}
+
+// By axis the median over the ring edges of the parallelogram's fourth corner: one crease does not bend it.
+Vec median_parallelogram(std::span<const LatticePoint> points, const Ring& ring) {
+  Vec median;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<std::int32_t, Ring::kMost> sorted{};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < ring.size; ++i) {
+      if (ring.apex[i] == kNone) continue;
+      const std::int32_t value =
+          points[ring.vertex[i]][axis] + points[ring.vertex[ring.after(i)]][axis] - points[ring.apex[i]][axis];
+      std::size_t at = count++;
+      for (; at > 0 && sorted[at - 1] > value; --at) sorted[at] = sorted[at - 1];
+      sorted[at] = value;
+    }
+    if (count == 0) return {};
+    const std::int64_t twice = std::int64_t{sorted[count / 2]} + sorted[(count - 1) / 2];
+    median[axis] = 0.5 * static_cast<double>(twice);
+  }
+  return median;
 }
 
 }  // namespace
 
-void Predictor::Fit::add(const std::array<Vec, kFeatures>& feature, const Vec& target, double importance) {
-  for (std::size_t i = 0; i < kFeatures; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      matrix[i][j] = matrix[i][j] * kDecay + importance * dot(feature[i], feature[j]);
-    }
-    right[i] = right[i] * kDecay + importance * dot(feature[i], target);
-  }
-  if (until_solved == 0) {
-    solve();
-    until_solved = kSolveEvery;
-  }
-  --until_solved;
-}
+Predictor::Predictor()
+    : position_(copies_of<std::array<PositionFit, kGroups>, kStages>(
+          copies_of<PositionFit, kGroups>(PositionFit(kTuning, {kPrior})))) {}
 
-// Cholesky with a ridge; a system that is not positive keeps the old weights.
-void Predictor::Fit::solve() {
-  std::array<std::array<double, kFeatures>, kFeatures> factor{};
-  std::array<double, kFeatures> solution{};
-  for (std::size_t i = 0; i < kFeatures; ++i) {
-    double known = right[i];
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = matrix[i][j] + (i == j ? kRidge : 0);
-      for (std::size_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
-      if (i == j) {
-        if (!(sum > kSmallest)) return;
-        factor[i][i] = std::sqrt(sum);
-      } else {
-        factor[i][j] = sum / factor[j][j];
-      }
-    }
-    for (std::size_t k = 0; k < i; ++k) known -= factor[i][k] * solution[k];
-    solution[i] = known / factor[i][i];
-  }
-  for (std::size_t i = kFeatures; i-- > 0;) {
-    double known = solution[i];
-    for (std::size_t k = i + 1; k < kFeatures; ++k) known -= factor[k][i] * solution[k];
-    solution[i] = known / factor[i][i];
-  }
-  weight = solution;
-}
-
-void Predictor::resize(std::size_t count) {
-  spread_.resize(count);
-}
-
-Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
-                              std::uint32_t centre) const {
+Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Surface& surface,
+                              std::uint32_t centre, unsigned shift, std::size_t stage) const {
   Expectation e;
-  const bool border = mesh.is_boundary(centre);
-  std::array<std::uint32_t, kMaxPatchSize> ring{};
-  std::size_t size = 0;
-  mesh.for_each_neighbour(centre, [&](std::uint32_t w) {
-    if (size < ring.size()) ring[size++] = w;
-  });
-  e.group = border ? size + 2 : size - 3;
+  e.stage = stage;
+  e.cell = static_cast<double>(2u << shift);
+  e.ring = collect_ring(mesh, centre);
+  const Ring& ring = e.ring;
+  e.group = group_of(ring);
+  const std::size_t size = ring.size;
   const double share = 1.0 / static_cast<double>(size);
 
+  std::array<Vec, Ring::kMost> at;
   Vec ring_mean;
-  for (std::size_t i = 0; i < size; ++i) ring_mean = ring_mean + to_vec(points[ring[i]]);
+  for (std::size_t i = 0; i < size; ++i) {
+    at[i] = to_vec(points[ring.vertex[i]]);
+    ring_mean = ring_mean + at[i];
+  }
   ring_mean = ring_mean * share;
   // A border vertex lies near the line of its border neighbours, the first and the last of the fan.
-  e.mean = border ? (to_vec(points[ring[0]]) + to_vec(points[ring[size - 1]])) * 0.5 : ring_mean;
+  e.mean = ring.border ? (at[0] + at[size - 1]) * 0.5 : ring_mean;
 
+  SpreadModel::Signs signs;
   Vec polygon;
+  Vec parallelograms;
+  double parallelogram_count = 0;
+  Vec bilaplacian;
+  Vec normals;
+  Vec near_mean;
+  double near_sum = 0;
+  Vec long_mean;  // weighted by the ring edges at the vertex
+  double perimeter = 0;
+  std::array<Vec, Ring::kMost> spoke;
+  std::array<double, Ring::kMost> edge{};
+  for (std::size_t i = 0; i < size; ++i) spoke[i] = at[i] - e.mean;
   for (std::size_t i = 0; i < size; ++i) {
-    const Vec a = to_vec(points[ring[i]]) - e.mean;
-    const Vec b = to_vec(points[ring[(i + 1) % size]]) - e.mean;
-    polygon = polygon + cross(a, b);
-    e.radius += length(a);
-    e.neighbour_tangential += static_cast<double>(spread_[ring[i]].tangential);
-    e.neighbour_across += static_cast<double>(spread_[ring[i]].across);
+    const std::size_t next = ring.after(i);
+    polygon = polygon + cross(spoke[i], spoke[next]);
+    edge[i] = length(at[next] - at[i]);
+    if (ring.apex[i] == kNone) continue;
+    parallelograms = parallelograms + (spoke[i] + at[next] - to_vec(points[ring.apex[i]]));
+    parallelogram_count += 1;
   }
-  e.radius = e.radius * share;
-  if (e.radius < 0.5) e.radius = 0.5;
-  e.neighbour_tangential = e.neighbour_tangential * share;
-  e.neighbour_across = e.neighbour_across * share;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double distance = length(spoke[i]);
+    signs.radius += distance;
+    const double nearness = 1 / (distance + 2);
+    near_mean = near_mean + spoke[i] * nearness;
+    near_sum += nearness;
+    const double edges = edge[i] + edge[i == 0 ? size - 1 : i - 1];
+    long_mean = long_mean + spoke[i] * edges;
+    perimeter += edges;
+    const Surroundings& around = surface[ring.vertex[i]];
+    signs.neighbours.tangential += static_cast<double>(around.tangential);
+    signs.neighbours.across += static_cast<double>(around.across);
+    bilaplacian = bilaplacian + (at[i] - around.neighbour_mean());
+    const Vec n = around.normal_vector();
+    const double square = dot(n, n);
+    if (square > kSmallest) normals = normals + n * (dot(n, spoke[i]) / square);
+  }
+  signs.radius = signs.radius * share;
+  if (signs.radius < 1) signs.radius = 1;
+  e.radius = signs.radius;
   const double area = length(polygon);
   if (area > kSmallest) e.normal = polygon * (1.0 / area);
 
-  double walked = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::uint32_t v = ring[i];
-    if (mesh.face_valence(v) > kMaxWalkedValence) continue;
-    const Around around = look_around(mesh, points, v, centre, e.mean);
-    const Vec here = to_vec(points[v]);
-    const Vec neighbour_mean = (around.neighbour_sum + e.mean) * (1.0 / (around.neighbours + 1));
-    e.feature[0] = e.feature[0] + (here - neighbour_mean);
-    const double normal_length = length(around.normal);
-    if (normal_length > kSmallest) {
-      const Vec n = around.normal * (1.0 / normal_length);
-      e.feature[1] = e.feature[1] - n * dot(n, e.mean - here);
-    }
-    walked += 1;
-  }
-  if (walked > 0) {
-    e.feature[0] = e.feature[0] * (1.0 / walked);
-    e.feature[1] = e.feature[1] * (1.0 / walked);
-  }
-  if (border) {
+  e.feature[0] = bilaplacian * share;
+  e.feature[1] = normals * share;
+  if (ring.border) {
     // An ear has no other neighbours; the parallelogram over its only face says where it points.
-    e.feature[2] = (size > 2 ? ring_mean : ear_parallelogram(mesh, points, centre)) - e.mean;
+    e.feature[2] = size > 2 || parallelogram_count == 0 ? ring_mean - e.mean : parallelograms;
   } else {
-    // Parallelograms across the ring edges.
-    Vec sum;
-    double count = 0;
-    std::uint32_t h = mesh.outgoing(centre);
-    for (std::size_t i = 0; i < size; ++i) {
-      const std::uint32_t across = mesh.opposite(HalfEdgeMesh::next(h));
-      if (across != kNone) {
-        sum = sum + (to_vec(points[mesh.origin(across)]) + to_vec(points[mesh.target(across)]) -
-                     to_vec(points[mesh.apex(across)]));
-        count += 1;
-      }
-      h = mesh.turn_left(h);
+    if (parallelogram_count > 0) {
+      e.feature[2] = parallelograms * (1.0 / parallelogram_count);
+      e.feature[3] = median_parallelogram(points, ring) - e.mean;
     }
-    if (count > 0) e.feature[2] = sum * (1.0 / count) - e.mean;
+    // Between the two opposite neighbours that are nearest to each other.
+    double least = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::size_t opposite = (i + size / 2) % size;
+      const Vec across = at[i] - at[opposite];
+      const double square = dot(across, across);
+      if (i > 0 && square >= least) continue;
+      least = square;
+      e.feature[4] = (spoke[i] + spoke[opposite]) * 0.5;
+    }
+    e.feature[5] = long_mean * (1 / (perimeter + 2));
   }
+  e.feature[6] = near_mean * (1.0 / near_sum);
 
-  const Fit& fit = fit_[e.group];
+  const auto& weight = position_[stage][e.group].weight(0);
   Vec offset;
-  for (std::size_t i = 0; i < kFeatures; ++i) offset = offset + e.feature[i] * fit.weight[i];
+  for (std::size_t i = 0; i < Expectation::kFeatures; ++i) offset = offset + e.feature[i] * weight[i];
   const double reach = length(offset);
-  const double most = 1.5 * e.radius;
+  const double most = 1.5 * signs.radius;
   if (reach > most) offset = offset * (most / reach);
   e.position = e.mean + offset;
-  e.tangential =
-      e.radius * e.neighbour_tangential * (tangential_[e.group].actual / tangential_[e.group].expected) + 0.05;
-  e.across = e.radius * e.neighbour_across * (across_[e.group].actual / across_[e.group].expected) + 0.05;
+
+  signs.neighbours.tangential *= signs.radius * share;
+  signs.neighbours.across *= signs.radius * share;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double height = dot(spoke[i], e.normal);
+    signs.unevenness += height * height;
+  }
+  signs.unevenness = std::sqrt(signs.unevenness * share);
+  const double along = dot(e.feature[2], e.normal);
+  const double bend = dot(e.feature[0], e.normal);
+  signs.parallelogram_across = along < 0 ? -along : along;
+  signs.parallelogram_tangential = length(e.feature[2] - e.normal * along);
+  signs.crowding = length(e.feature[6]);
+  signs.bend = bend < 0 ? -bend : bend;
+  e.spread_terms = SpreadModel::terms(signs, 1.0 / e.cell);
+  e.spread = spread_[stage].expect(e.spread_terms, e.group);
   return e;
 }
 
-void Predictor::learn(const Expectation& e, std::uint32_t centre, const LatticePoint& actual) {
-  const Vec residual = to_vec(actual) - e.position;
+void Predictor::learn(const Expectation& e, std::uint32_t centre, const LatticePoint& actual, Surface& surface) {
+  const Vec point = to_vec(actual);
+  const Vec target = point - e.mean;
+  const double cells = e.spread.tangential * e.spread.tangential + e.spread.across * e.spread.across;
+  position_[e.stage][e.group].observe(
+      1.0 / (cells * e.cell * e.cell + 0.4),
+      [&](std::size_t i, std::size_t j) { return dot(e.feature[i], e.feature[j]); },
+      [&](std::size_t /*target*/, std::size_t i) { return dot(e.feature[i], target); });
+
+  const Vec residual = point - e.position;
   const double along = dot(residual, e.normal);
-  const Vec flat = residual - e.normal * along;
-  const double across = (along < 0 ? -along : along) + 0.1;
-  const double tangential = length(flat) * 0.7071067811865476 + 0.1;
+  const double inverse = 1.0 / e.cell;
+  const Spread seen{length(residual - e.normal * along) * (0.7071067811865476 * inverse),
+                    (along < 0 ? -along : along) * inverse};
+  spread_[e.stage].learn(e.spread_terms, e.group, e.spread, seen);
+  if (e.stage == kFurtherDigits) return;
 
-  const double variance = e.tangential * e.tangential + e.across * e.across + 0.1;
-  fit_[e.group].add(e.feature, to_vec(actual) - e.mean, 1.0 / variance);
-
-  auto calibrate = [](Calibration& c, double seen, double guess) {
-    c.actual = c.actual * 0.99 + seen / guess;
-    c.expected = c.expected * 0.99 + 1;
+  // Relative to the ring's size, so that it means the same for the next level.
+  const double unit = e.cell / e.radius;
+  auto relative = [&](double value) {
+    const double bounded = (value + 0.1) * unit;
+    return static_cast<float>(bounded < 1e-4 ? 1e-4 : (bounded > 4 ? 4 : bounded));
   };
-  calibrate(tangential_[e.group], tangential, e.radius * e.neighbour_tangential + 0.05);
-  calibrate(across_[e.group], across, e.radius * e.neighbour_across + 0.05);
-
-  auto blend = [](double seen, double around) {
-    const double value = 0.5 * seen + 0.5 * around;
-    return static_cast<float>(value < 1e-4 ? 1e-4 : (value > 4 ? 4 : value));
-  };
-  spread_[centre] = {blend(tangential / e.radius, e.neighbour_tangential),
-                     blend(across / e.radius, e.neighbour_across)};
+  surface[centre].tangential = relative(seen.tangential);
+  surface[centre].across = relative(seen.across);
 }
 
 }  // namespace pmcd::codec

@@ -1,78 +1,67 @@
 // SPDX-License-Identifier: MIT
-// Where a removed vertex probably was, and how sure that is. Features of the refined connectivity around it (ring mean,
-// bilaplacian, vertex normals, parallelograms) are weighed by a small online least-squares fit; the spread along and
-// across the surface is learnt from the residuals of the neighbours. It codes nothing.
+// Where a vertex probably lies. Features of its one-ring and of what lies around that (means, bilaplacian, normals,
+// parallelograms) are weighed by online least squares, apart for each kind of ring and for how much of it is known. It
+// codes nothing, and how sure the answer is says spread.h.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "codec/conquest/patch.h"
+#include "codec/geometry/least_squares.h"
+#include "codec/geometry/ring.h"
+#include "codec/geometry/spread.h"
+#include "codec/geometry/surface.h"
 #include "codec/geometry/vec.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/halfedge_mesh.h"
 
 namespace pmcd::codec {
 
-inline constexpr std::size_t kFeatures = 3;
+/// What is coded about a vertex: its position at all, in one of the passes of a packet (the last is 0: of those before
+/// it the ring is known less), or further digits of a position that is known coarsely.
+inline constexpr std::size_t kEarliestPass = 3;
+inline constexpr std::size_t kFurtherDigits = kEarliestPass + 1;
+inline constexpr std::size_t kStages = kFurtherDigits + 1;
 
 /// What is seen of a vertex before its position is known.
 struct Expectation {
-  Vec position;           ///< the prediction, unbounded
-  Vec normal;             ///< unit length, or zero when the ring has no area
-  double tangential = 1;  ///< expected spread within the surface, lattice units
-  double across = 1;      ///< expected spread along the normal
+  static constexpr std::size_t kFeatures = 7;
+
+  Ring ring;
+  Vec position;   ///< the prediction, half lattice steps, unbounded
+  Vec normal;     ///< unit length, or zero when the ring has no area
+  Spread spread;  ///< in cells
   // What learn() needs again.
-  Vec mean;  ///< the first guess, to which the features are offsets
+  double cell = 2;  ///< half lattice steps
+  Vec mean;         ///< the first guess, to which the features are offsets
   std::array<Vec, kFeatures> feature{};
-  double radius = 0;  ///< mean distance of the ring from the first guess
-  double neighbour_tangential = 0;
-  double neighbour_across = 0;
-  std::size_t group = 0;  ///< of patches that share their weights
+  SpreadModel::Terms spread_terms{};
+  double radius = 0;
+  std::size_t stage = 0;
+  std::size_t group = 0;
 };
 
 class Predictor {
  public:
-  /// Expects the position of `centre`, inserted but not decoded, from its one-ring and what lies around that.
-  /// `points` holds provisional positions for vertices of the same pass that are not decoded yet.
-  /// [the valences around; ring vertices of valence above 24 are left out of the features]
-  Expectation expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t centre) const;
+  Predictor();
 
-  /// Learns from the decoded position and remembers the residual for the neighbours to come.
-  void learn(const Expectation& expected, std::uint32_t centre, const LatticePoint& actual);
+  /// Expects the position of `centre` from its one-ring and what lies around that. `points` holds provisional positions
+  /// for vertices that are not decoded yet. `shift`: binary digits that the answer will not have.
+  /// [valence of the centre, at most Ring::kMost]
+  [[nodiscard]] Expectation expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
+                                   const Surface& surface, std::uint32_t centre, unsigned shift,
+                                   std::size_t stage) const;
 
-  /// Room for vertices up to `count`; new ones start with the spread of a stranger.
-  void resize(std::size_t count);
+  /// Learns from the decoded position (half lattice steps) and notes the residual for the neighbours to come.
+  void learn(const Expectation& expected, std::uint32_t centre, const LatticePoint& actual, Surface& surface);
 
  private:
-  // Normal equations of one group's fit, decaying; solved now and then.
-  struct Fit {
-    std::array<std::array<double, kFeatures>, kFeatures> matrix{};
-    std::array<double, kFeatures> right{};
-    std::array<double, kFeatures> weight{};
-    unsigned until_solved = 0;
+  using PositionFit = LeastSquares<Expectation::kFeatures, 1>;
+  static constexpr std::size_t kGroups = SpreadModel::kGroups;  // ring of 3 to 7, 8 or more; border of 2, 3, 4 or more
 
-    void add(const std::array<Vec, kFeatures>& feature, const Vec& target, double importance);
-    void solve();
-  };
-  // How large residuals came out against what was expected, decaying.
-  struct Calibration {
-    double actual = 1;
-    double expected = 1;
-  };
-  struct Spread {
-    float tangential = 0.2f;
-    float across = 0.2f;
-  };
-
-  static constexpr std::size_t kGroups = 7;  // ring of 3, 4, 5, 6; border of 2 (ears), 3, 4
-
-  std::array<Fit, kGroups> fit_;
-  std::array<Calibration, kGroups> tangential_;
-  std::array<Calibration, kGroups> across_;
-  std::vector<Spread> spread_;  // by vertex, relative to the ring radius
+  std::array<std::array<PositionFit, kGroups>, kStages> position_;
+  std::array<SpreadModel, kStages> spread_;
 };
 
 }  // namespace pmcd::codec

@@ -88,4 +88,13 @@ Position Lattice::position(const LatticePoint& p) const {
   return result;
 }
 
+Position Lattice::position_of_middle(const LatticePoint& middle) const {
+  Position result{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double value = min[axis] + (middle[axis] * 0.5) * step;
+    result[axis] = scalar == Scalar::float32 ? to_float32(value) : value;
+  }
+  return result;
+}
+
 }  // namespace pmcd::codec

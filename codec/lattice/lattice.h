@@ -16,6 +16,19 @@ using LatticePoint = std::array<std::int32_t, 3>;
 inline constexpr unsigned kMinLatticeBits = 4;
 inline constexpr unsigned kMaxLatticeBits = 24;
 
+/// While a mesh is refined, points stand in half lattice steps, so that the middle of every cell is one: the cell of
+/// 2^shift lattice points along each axis that holds a lattice point, the middle of a cell, and the cell of a middle.
+inline LatticePoint cell_of(const LatticePoint& index, unsigned shift) {
+  return {index[0] >> shift, index[1] >> shift, index[2] >> shift};
+}
+inline LatticePoint middle_of(const LatticePoint& cell, unsigned shift) {
+  const std::int32_t half = (1 << shift) - 1;
+  return {(cell[0] << (shift + 1)) + half, (cell[1] << (shift + 1)) + half, (cell[2] << (shift + 1)) + half};
+}
+inline LatticePoint cell_of_middle(const LatticePoint& middle, unsigned shift) {
+  return cell_of(middle, shift + 1);
+}
+
 /// REQUIRES: bits in 4..24, step >= 0 and finite, min finite.
 struct Lattice {
   Scalar scalar = Scalar::float32;
@@ -38,6 +51,8 @@ struct Lattice {
 
   /// min + index * step, computed in double in this order, then rounded to the scalar type.
   [[nodiscard]] Position position(const LatticePoint& p) const;
+  /// The same of a point in half steps.
+  [[nodiscard]] Position position_of_middle(const LatticePoint& middle) const;
 };
 
 }  // namespace pmcd::codec

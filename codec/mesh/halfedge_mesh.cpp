@@ -62,15 +62,14 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
   if (!indices) return indices.error();
 
   HalfEdgeMesh mesh;
-  mesh.origin_.reserve(3 * faces.size());
+  mesh.halfedge_.reserve(3 * faces.size());
   mesh.face_valence_.assign(vertex_count, 0);
   for (const Face& face : faces) {
     for (std::uint32_t v : face) {
-      mesh.origin_.push_back(v);
+      mesh.halfedge_.push_back({v, kNone});
       ++mesh.face_valence_[v];
     }
   }
-  mesh.opposite_.assign(mesh.origin_.size(), kNone);
   {
     const EdgeTable edges(faces, vertex_count);
     for (std::size_t e = 0; e < edges.edge_count(); ++e) {
@@ -85,20 +84,20 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
       }
       if (halfedges.size() > 2) {
         return Error{ErrorCode::non_manifold_edge, halfedges[2] / 3,
-                     std::to_string(halfedges.size()) + " faces meet at " + edge_text(mesh.origin_[a], mesh.target(a))};
+                     std::to_string(halfedges.size()) + " faces meet at " + edge_text(mesh.origin(a), mesh.target(a))};
       }
-      if (mesh.origin_[a] == mesh.origin_[b]) {
+      if (mesh.origin(a) == mesh.origin(b)) {
         return Error{ErrorCode::opposing_faces, b / 3,
                      "faces " + std::to_string(a / 3) + " and " + std::to_string(b / 3) +
-                         " are turned against each other at " + edge_text(mesh.origin_[a], mesh.target(a))};
+                         " are turned against each other at " + edge_text(mesh.origin(a), mesh.target(a))};
       }
       mesh.link(a, b);
     }
   }
   mesh.outgoing_.assign(vertex_count, kNone);
-  for (std::uint32_t h = 0; h < mesh.origin_.size(); ++h) {
-    std::uint32_t& outgoing = mesh.outgoing_[mesh.origin_[h]];
-    if (outgoing == kNone || mesh.opposite_[h] == kNone) outgoing = h;
+  for (std::uint32_t h = 0; h < mesh.halfedge_.size(); ++h) {
+    std::uint32_t& outgoing = mesh.outgoing_[mesh.origin(h)];
+    if (outgoing == kNone || mesh.opposite(h) == kNone) outgoing = h;
   }
   // One fan a vertex: turning left from its outgoing half-edge must meet all its faces.
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
@@ -144,8 +143,7 @@ std::uint32_t HalfEdgeMesh::find_halfedge(std::uint32_t a, std::uint32_t b) cons
 }
 
 void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
-  origin_.reserve(3 * std::size_t{faces});
-  opposite_.reserve(3 * std::size_t{faces});
+  halfedge_.reserve(3 * std::size_t{faces});
   outgoing_.reserve(vertices);
   face_valence_.reserve(vertices);
 }
@@ -157,8 +155,7 @@ std::uint32_t HalfEdgeMesh::add_vertex() {
 }
 
 std::uint32_t HalfEdgeMesh::add_face() {
-  origin_.resize(origin_.size() + 3, kNone);
-  opposite_.resize(opposite_.size() + 3, kNone);
+  halfedge_.resize(halfedge_.size() + 3);
   return face_count() - 1;
 }
 

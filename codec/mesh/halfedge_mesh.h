@@ -30,21 +30,21 @@ class HalfEdgeMesh {
   static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 
-  [[nodiscard]] std::uint32_t origin(std::uint32_t h) const { return origin_[h]; }
-  [[nodiscard]] std::uint32_t target(std::uint32_t h) const { return origin_[next(h)]; }
+  [[nodiscard]] std::uint32_t origin(std::uint32_t h) const { return halfedge_[h].origin; }
+  [[nodiscard]] std::uint32_t target(std::uint32_t h) const { return halfedge_[next(h)].origin; }
   /// The third vertex of the half-edge's face: the front vertex, when the half-edge is a gate.
-  [[nodiscard]] std::uint32_t apex(std::uint32_t h) const { return origin_[prev(h)]; }
+  [[nodiscard]] std::uint32_t apex(std::uint32_t h) const { return halfedge_[prev(h)].origin; }
   /// The same edge in the neighbouring face; kNone at the boundary.
-  [[nodiscard]] std::uint32_t opposite(std::uint32_t h) const { return opposite_[h]; }
+  [[nodiscard]] std::uint32_t opposite(std::uint32_t h) const { return halfedge_[h].opposite; }
   /// A half-edge that leaves v: at the boundary the one whose opposite is missing, so that turning left from it meets
   /// all faces of v. kNone for an isolated vertex.
   [[nodiscard]] std::uint32_t outgoing(std::uint32_t v) const { return outgoing_[v]; }
   /// Number of faces at v.
   [[nodiscard]] std::uint32_t face_valence(std::uint32_t v) const { return face_valence_[v]; }
   /// REQUIRES: v is not isolated.
-  [[nodiscard]] bool is_boundary(std::uint32_t v) const { return opposite_[outgoing_[v]] == kNone; }
+  [[nodiscard]] bool is_boundary(std::uint32_t v) const { return halfedge_[outgoing_[v]].opposite == kNone; }
   /// The next half-edge that leaves origin(h), turning left; kNone at the boundary.
-  [[nodiscard]] std::uint32_t turn_left(std::uint32_t h) const { return opposite_[prev(h)]; }
+  [[nodiscard]] std::uint32_t turn_left(std::uint32_t h) const { return halfedge_[prev(h)].opposite; }
 
   /// Whether a and b share an edge. [the smaller of their valences]
   [[nodiscard]] bool has_edge(std::uint32_t a, std::uint32_t b) const;
@@ -70,8 +70,10 @@ class HalfEdgeMesh {
   }
 
   [[nodiscard]] std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(outgoing_.size()); }
-  [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(origin_.size() / 3); }
-  [[nodiscard]] Face face(std::uint32_t f) const { return {origin_[3 * f], origin_[3 * f + 1], origin_[3 * f + 2]}; }
+  [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(halfedge_.size() / 3); }
+  [[nodiscard]] Face face(std::uint32_t f) const {
+    return {halfedge_[3 * f].origin, halfedge_[3 * f + 1].origin, halfedge_[3 * f + 2].origin};
+  }
 
   // Mutation, for conquest/patch.h. It leaves the mesh whole only when the links fit together again.
 
@@ -81,17 +83,17 @@ class HalfEdgeMesh {
   /// A new face slot; its content is undefined until set_face.
   std::uint32_t add_face();
   void set_face(std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    origin_[3 * f] = a;
-    origin_[3 * f + 1] = b;
-    origin_[3 * f + 2] = c;
+    halfedge_[3 * f].origin = a;
+    halfedge_[3 * f + 1].origin = b;
+    halfedge_[3 * f + 2].origin = c;
   }
   /// Frees a slot: its corners become kNone. The slot is not given out again.
   void free_face(std::uint32_t f) { set_face(f, kNone, kNone, kNone); }
-  [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return origin_[3 * f] == kNone; }
+  [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return halfedge_[3 * f].origin == kNone; }
   /// Makes a and b opposites; b may be kNone.
   void link(std::uint32_t a, std::uint32_t b) {
-    opposite_[a] = b;
-    if (b != kNone) opposite_[b] = a;
+    halfedge_[a].opposite = b;
+    if (b != kNone) halfedge_[b].opposite = a;
   }
   void set_outgoing(std::uint32_t v, std::uint32_t h) { outgoing_[v] = h; }
   void change_face_valence(std::uint32_t v, int by) {
@@ -99,8 +101,11 @@ class HalfEdgeMesh {
   }
 
  private:
-  std::vector<std::uint32_t> origin_;
-  std::vector<std::uint32_t> opposite_;
+  struct HalfEdge {  // what is read together lies together
+    std::uint32_t origin = kNone;
+    std::uint32_t opposite = kNone;
+  };
+  std::vector<HalfEdge> halfedge_;
   std::vector<std::uint32_t> outgoing_;
   std::vector<std::uint32_t> face_valence_;
 };
