@@ -102,7 +102,7 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
     const double edges = edge[i] + edge[i == 0 ? size - 1 : i - 1];
     long_mean = long_mean + spoke[i] * edges;
     perimeter += edges;
-    const Surroundings& around = surface[ring.vertex[i]];
+    const RingSums& around = surface[ring.vertex[i]];
     signs.neighbours.tangential += static_cast<double>(around.tangential);
     signs.neighbours.across += static_cast<double>(around.across);
     bilaplacian = bilaplacian + (at[i] - around.neighbour_mean());

@@ -21,7 +21,7 @@ void place_provisionally(const HalfEdgeMesh& mesh, std::span<LatticePoint> point
   double tangential = 0;
   double across = 0;
   for (std::size_t i = 0; i < ring.size; ++i) {
-    const Surroundings& around = surface[ring.vertex[i]];
+    const RingSums& around = surface[ring.vertex[i]];
     const Vec here = to_vec(points[ring.vertex[i]]);
     offset = offset + (here - around.neighbour_mean()) * kBilaplacian;
     const Vec n = around.normal_vector();

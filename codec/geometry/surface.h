@@ -18,7 +18,7 @@
 namespace pmcd::codec {
 
 /// One vertex's surroundings, and how far its own residual lay off (of the mean edge around it).
-struct Surroundings {
+struct RingSums {
   std::array<std::uint64_t, 3> normal{};  ///< sum over its faces of (b - a) x (c - a), two's complement
   std::array<std::uint32_t, 3> sum{};     ///< of its neighbours' lattice points, two's complement
   std::uint32_t neighbours = 0;
@@ -39,8 +39,8 @@ struct Surroundings {
 
 class Surface {
  public:
-  [[nodiscard]] const Surroundings& operator[](std::size_t v) const { return of_[v]; }
-  Surroundings& operator[](std::size_t v) { return of_[v]; }
+  [[nodiscard]] const RingSums& operator[](std::size_t v) const { return of_[v]; }
+  RingSums& operator[](std::size_t v) { return of_[v]; }
 
   void reserve(std::size_t count) { of_.reserve(count); }
   /// New vertices have no surroundings.
@@ -61,7 +61,7 @@ class Surface {
   void add_face(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b, std::uint32_t c);
   void remove_face(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
-  std::vector<Surroundings> of_;
+  std::vector<RingSums> of_;
 };
 
 }  // namespace pmcd::codec
