@@ -209,8 +209,9 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   w.state.lattice = *lattice;
   w.state.lossless = lossless;
   const LevelBounds bounds{total, static_cast<std::uint32_t>(mesh.faces.size())};
-  const PrecisionPlan precision(mesh, w.plan.points);
-  w.plan.structured = repeats_coordinates(mesh, w.plan.points);
+  const Alignment alignment = alignment_of(mesh, w.plan.points);
+  const PrecisionPlan precision(mesh, w.plan.points, alignment);
+  w.plan.structured = alignment != Alignment::none;
   std::uint32_t vertices = in_faces;
   for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());
   Status written = write_packet(w, {}, groups.empty() ? 0 : precision.shift_at(vertices, lattice->bits), groups.empty(),

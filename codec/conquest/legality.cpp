@@ -30,7 +30,7 @@ bool keeps_shape(std::span<const LatticePoint> points, const Patch& patch, const
   const Vec centre = to_vec(points[patch.centre]);
   std::array<Vec, kMaxPatchSize> spoke;
   for (unsigned i = 0; i < patch.size; ++i) spoke[i] = to_vec(points[patch.ring[i]]) - centre;
-  Vec normal;  // of the star, area-weighted
+  Vec normal{};  // of the star, area-weighted
   double perimeter = 0;
   for (unsigned i = 0; i < patch.size; ++i) {
     const Vec& a = spoke[i];

@@ -8,8 +8,8 @@
 
 namespace pmcd::codec {
 
-PrecisionPlan::PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePoint> points)
-    : vertices_(std::max<double>(1, static_cast<double>(points.size()))) {
+PrecisionPlan::PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePoint> points, Alignment alignment)
+    : vertices_(std::max<double>(1, static_cast<double>(points.size()))), alignment_(alignment) {
   for (const Face& face : mesh.faces) {
     const Vec a = to_vec(points[face[0]]);
     area_ += length(cross(to_vec(points[face[1]]) - a, to_vec(points[face[2]]) - a)) / 2;
@@ -21,6 +21,7 @@ unsigned PrecisionPlan::shift_at(std::uint32_t vertices, unsigned bits) const {
   // From this share of the mesh on, cells shrink faster than edges do.
   constexpr double kFineFrom = 1.0 / 16;
   constexpr unsigned kFewestBits = 4;
+  if (alignment_ == Alignment::planes) return 0;
   const double count = std::max(1u, vertices);
   // Two equilateral triangles a vertex.
   const double edge = std::sqrt(area_ / count * 1.1547);
@@ -31,7 +32,7 @@ unsigned PrecisionPlan::shift_at(std::uint32_t vertices, unsigned bits) const {
   return shift;
 }
 
-bool repeats_coordinates(const TriangleMesh& mesh, std::span<const LatticePoint> points) {
+Alignment alignment_of(const TriangleMesh& mesh, std::span<const LatticePoint> points) {
   std::uint64_t same = 0;
   std::uint64_t next = 0;  // one step apart, on either side
   for (const Face& face : mesh.faces) {
@@ -41,10 +42,10 @@ bool repeats_coordinates(const TriangleMesh& mesh, std::span<const LatticePoint>
       next += step == 1 || step == -1 ? 1 : 0;
     }
   }
-  constexpr double kLeastShare = 0.02;
-  const double all = 3.0 * static_cast<double>(mesh.faces.size());
-  // Chance makes one step apart twice as frequent as no step.
-  return static_cast<double>(same) > kLeastShare * all && 2 * same > 2 * next;
+  // Chance makes one step apart twice as frequent as no step; among a few edges chance has its way.
+  constexpr std::uint64_t kFewEdges = 100;
+  if (same < kFewEdges || 20 * same < 11 * next) return Alignment::none;
+  return same > 2 * next ? Alignment::planes : Alignment::some;
 }
 
 }  // namespace pmcd::codec

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How precisely a level's vertices stand: coarse levels on coarse lattices, so that their first packets are small; and
-// whether the mesh is one that repeats coordinates. The encoder's choices, which the stream states; no decoder asks.
+// whether the mesh repeats coordinates. The encoder's choices, which the stream states; no decoder asks.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,20 @@
 
 namespace pmcd::codec {
 
+/// How often edges lie along the lattice's planes, against chance.
+enum class Alignment : std::uint8_t {
+  none,   ///< as chance has it
+  some,   ///< coordinates repeat: models that look for that pay for their time
+  planes  ///< far more often: whole faces lie in planes, and coarse lattices would only blur them
+};
+
+/// [linear in the faces]
+Alignment alignment_of(const TriangleMesh& mesh, std::span<const LatticePoint> points);
+
 class PrecisionPlan {
  public:
   /// `points` are the mesh's vertices on the lattice. [linear in the faces]
-  PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePoint> points);
+  PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePoint> points, Alignment alignment);
 
   /// How many binary digits a level of `vertices` vertices leaves out: its cells are some fraction of its mean edge, a
   /// smaller one the nearer the level is to the whole mesh, where rounding would cost more than it saves.
@@ -23,10 +33,7 @@ class PrecisionPlan {
  private:
   double area_ = 0;
   double vertices_ = 1;
+  Alignment alignment_;
 };
-
-/// Whether edges lie along the axes far more often than chance has it: then coordinates repeat, and models that look
-/// for that pay for their time. [linear in the faces]
-bool repeats_coordinates(const TriangleMesh& mesh, std::span<const LatticePoint> points);
 
 }  // namespace pmcd::codec

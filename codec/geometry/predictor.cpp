@@ -26,9 +26,9 @@ std::size_t group_of(const Ring& ring) {
 
 // By axis the median over the ring edges of the parallelogram's fourth corner: one crease does not bend it.
 Vec median_parallelogram(std::span<const LatticePoint> points, const Ring& ring) {
-  Vec median;
+  Vec median{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<std::int32_t, Ring::kMost> sorted{};
+    std::array<std::int32_t, Ring::kMost> sorted;
     std::size_t count = 0;
     for (std::size_t i = 0; i < ring.size; ++i) {
       if (ring.apex[i] == kNone) continue;
@@ -63,7 +63,7 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   const double share = 1.0 / static_cast<double>(size);
 
   std::array<Vec, Ring::kMost> at;
-  Vec ring_mean;
+  Vec ring_mean{};
   for (std::size_t i = 0; i < size; ++i) {
     at[i] = to_vec(points[ring.vertex[i]]);
     ring_mean = ring_mean + at[i];
@@ -73,17 +73,17 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   e.mean = ring.border ? (at[0] + at[size - 1]) * 0.5 : ring_mean;
 
   SpreadModel::Signs signs;
-  Vec polygon;
-  Vec parallelograms;
+  Vec polygon{};
+  Vec parallelograms{};
   double parallelogram_count = 0;
-  Vec bilaplacian;
-  Vec normals;
-  Vec near_mean;
+  Vec bilaplacian{};
+  Vec normals{};
+  Vec near_mean{};
   double near_sum = 0;
-  Vec long_mean;  // weighted by the ring edges at the vertex
+  Vec long_mean{};  // weighted by the ring edges at the vertex
   double perimeter = 0;
   std::array<Vec, Ring::kMost> spoke;
-  std::array<double, Ring::kMost> edge{};
+  std::array<double, Ring::kMost> edge;
   for (std::size_t i = 0; i < size; ++i) spoke[i] = at[i] - e.mean;
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t next = ring.after(i);
@@ -141,7 +141,7 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   e.feature[6] = near_mean * (1.0 / near_sum);
 
   const auto& weight = position_[stage][e.group].weight(0);
-  Vec offset;
+  Vec offset{};
   for (std::size_t i = 0; i < Expectation::kFeatures; ++i) offset = offset + e.feature[i] * weight[i];
   const double reach = length(offset);
   const double most = 1.5 * signs.radius;

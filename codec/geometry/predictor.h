@@ -29,12 +29,12 @@ struct Expectation {
   static constexpr std::size_t kFeatures = 7;
 
   Ring ring;
-  Vec position;   ///< the prediction, half lattice steps, unbounded
-  Vec normal;     ///< unit length, or zero when the ring has no area
-  Spread spread;  ///< in cells
+  Vec position{};  ///< the prediction, half lattice steps, unbounded
+  Vec normal{};    ///< unit length, or zero when the ring has no area
+  Spread spread;   ///< in cells
   // What learn() needs again.
   double cell = 2;  ///< half lattice steps
-  Vec mean;         ///< the first guess, to which the features are offsets
+  Vec mean{};       ///< the first guess, to which the features are offsets
   std::array<Vec, kFeatures> feature{};
   SpreadModel::Terms spread_terms{};
   double radius = 0;

@@ -13,11 +13,11 @@ void place_provisionally(const HalfEdgeMesh& mesh, std::span<LatticePoint> point
   constexpr double kNormals = 0.3;
   const Ring ring = collect_ring(mesh, v);
   const double share = 1.0 / static_cast<double>(ring.size);
-  Vec mean;
+  Vec mean{};
   for (std::size_t i = 0; i < ring.size; ++i) mean = mean + to_vec(points[ring.vertex[i]]);
   mean = mean * share;
   if (ring.border) mean = (to_vec(points[ring.vertex[0]]) + to_vec(points[ring.vertex[ring.size - 1]])) * 0.5;
-  Vec offset;
+  Vec offset{};
   double tangential = 0;
   double across = 0;
   for (std::size_t i = 0; i < ring.size; ++i) {

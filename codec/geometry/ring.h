@@ -12,10 +12,10 @@
 namespace pmcd::codec {
 
 struct Ring {
-  static constexpr std::size_t kMost = 16;  ///< further neighbours are not looked at
+  static constexpr std::size_t kMost = 12;  ///< further neighbours are not looked at
 
-  std::array<std::uint32_t, kMost> vertex{};
-  std::array<std::uint32_t, kMost> apex{};  ///< beyond the edge to the next vertex; kNone where nothing is
+  std::array<std::uint32_t, kMost> vertex;
+  std::array<std::uint32_t, kMost> apex;  ///< beyond the edge to the next vertex; kNone where nothing is
   std::size_t size = 0;
   bool border = false;  ///< first and last vertex are the border neighbours
 
