@@ -43,6 +43,7 @@ struct BitReport {
   double base = 0;
   double connectivity = 0;
   double geometry = 0;
+  double precision = 0;  ///< low bits of positions that were shown coarser before
   double exactness = 0;  ///< what lifts lattice positions to the original coordinates
   double isolated = 0;   ///< vertices in no face
 };
