@@ -52,6 +52,9 @@ double hashed(std::uint64_t x) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
+/// Of moving and flipping; each makes the mesh more irregular.
+constexpr std::uint64_t kRounds = 3;
+
 /// The icosahedron with each edge in `n` parts and each face in n^2, on the unit sphere: 10 n^2 + 2 vertices.
 class Icosphere {
  public:
@@ -134,18 +137,30 @@ class Icosphere {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> edges_;
 };
 
-/// How far a vertex is moved, in mean edges. Two of these are less than the least height of a triangle, so none turns
-/// over.
-constexpr double kJitter = 0.32;
+/// The least height of each vertex's triangles.
+std::vector<double> heights(const codec::TriangleMesh& mesh) {
+  std::vector<double> least(mesh.positions.size(), 1);
+  for (const codec::Face& f : mesh.faces) {
+    const Vec a = mesh.positions[f[1]] - mesh.positions[f[0]];
+    const Vec b = mesh.positions[f[2]] - mesh.positions[f[0]];
+    const Vec c = b - a;
+    const Vec normal = cross(a, b);
+    const double height = std::sqrt(dot(normal, normal) / std::max({dot(a, a), dot(b, b), dot(c, c)}));
+    for (const std::uint32_t v : f) least[v] = std::min(least[v], height);
+  }
+  return least;
+}
 
-/// Moves each vertex by up to `most` along the sphere.
-void jitter(codec::TriangleMesh& mesh, double most) {
+/// Moves each vertex along the sphere by less than half the height of its triangles, so that none turns over.
+void jitter(codec::TriangleMesh& mesh, std::uint64_t round) {
+  const std::vector<double> height = heights(mesh);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     Vec& p = mesh.positions[v];
-    const Vec random{hashed(3 * v), hashed(3 * v + 1), hashed(3 * v + 2)};
+    const std::uint64_t key = 3 * v + (round << 40);
+    const Vec random{hashed(key), hashed(key + 1), hashed(key + 2)};
     const Vec along = random - dot(random, p) * p;
     const double length = std::sqrt(dot(along, along));
-    p = normalised(p + (length > 1 ? most / length : most) * along);
+    p = normalised(p + 0.45 * height[v] / std::max(length, 1.0) * along);
   }
 }
 
@@ -234,20 +249,6 @@ double noise(const Vec& p, std::uint64_t seed) {
   return sum;
 }
 
-/// Octaves of noise whose height falls as their wavelength, down to two edges; then a little of its own for each
-/// vertex.
-void displace(codec::TriangleMesh& mesh, double edge) {
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    Vec& p = mesh.positions[v];
-    double radius = 1 + 0.03 * edge * hashed(0x1000000000000u + v);
-    std::uint64_t octave = 1;
-    for (double frequency = 2; frequency * edge <= 0.5; frequency *= 2, ++octave) {
-      radius += 0.25 / frequency * noise(frequency * p, octave << 56);
-    }
-    p = radius * p;
-  }
-}
-
 double mean_edge(const codec::TriangleMesh& mesh) {
   double sum = 0;
   for (const codec::Face& f : mesh.faces) {
@@ -257,6 +258,22 @@ double mean_edge(const codec::TriangleMesh& mesh) {
     }
   }
   return sum / static_cast<double>(3 * mesh.faces.size());
+}
+
+/// Octaves of noise whose height falls as their wavelength, fading out between four edges and two; then a little of
+/// its own for each vertex.
+void displace(codec::TriangleMesh& mesh) {
+  const double edge = mean_edge(mesh);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    Vec& p = mesh.positions[v];
+    double radius = 1 + 0.03 * edge * hashed(0x1000000000000u + v);
+    std::uint64_t octave = 1;
+    for (double frequency = 2; frequency * edge < 0.5; frequency *= 2, ++octave) {
+      const double fade = std::min(1.0, 0.5 / (frequency * edge) - 1);
+      radius += 0.25 / frequency * fade * noise(frequency * p, octave << 56);
+    }
+    p = radius * p;
+  }
 }
 
 double extent(const codec::TriangleMesh& mesh) {
@@ -282,10 +299,11 @@ double irregular_share(const codec::TriangleMesh& mesh) {
 int run(double vertices, const std::string& path) {
   const auto n = static_cast<std::uint32_t>(std::lround(std::sqrt((vertices - 2) / 10)));
   codec::TriangleMesh mesh = Icosphere(n).take();
-  const double edge = mean_edge(mesh);
-  jitter(mesh, kJitter * edge);
-  Flipper(mesh).run();
-  displace(mesh, edge);
+  for (std::uint64_t round = 0; round < kRounds; ++round) {
+    jitter(mesh, round);
+    Flipper(mesh).run();
+  }
+  displace(mesh);
   for (Vec& p : mesh.positions) {
     for (double& coordinate : p) coordinate = static_cast<float>(coordinate);
   }
@@ -308,8 +326,8 @@ int run(double vertices, const std::string& path) {
 int main(int argc, char** argv) try {
   double vertices = 0;
   if (argc == 3) std::from_chars(argv[1], argv[1] + std::strlen(argv[1]), vertices);
-  if (!(vertices >= 12 && vertices <= 1e8)) {
-    std::cerr << "usage: bumpy_sphere VERTICES OUT.ply (12 to 1e8 vertices; the nearest 10 n^2 + 2 are made)\n";
+  if (!(vertices >= 100 && vertices <= 1e8)) {
+    std::cerr << "usage: bumpy_sphere VERTICES OUT.ply (100 to 1e8 vertices; the nearest 10 n^2 + 2 are made)\n";
     return 2;
   }
   return pmcd::bench::run(vertices, argv[2]);
