@@ -73,7 +73,8 @@ def _draco_seconds(text, what):
 
 
 def measure_draco(bits, level, repeat, scratch):
-    """The mesh that pmcd encoded, in its own order, as draco takes it: bare triangles and positions."""
+    """The mesh that pmcd encoded, in its own order, as draco takes it: bare triangles and positions. Leaves what came
+    back in draco.ply."""
     source, coded, back = scratch / "mesh.ply", scratch / "mesh.drc", scratch / "draco.ply"
     quantization = "0" if bits == LOSSLESS else bits
     encode, decode = [], []
@@ -84,6 +85,15 @@ def measure_draco(bits, level, repeat, scratch):
         decode.append(_draco_seconds(text, "decode"))
     return {"bytes": coded.stat().st_size, "encode_seconds": statistics.median(encode),
             "decode_seconds": statistics.median(decode)}
+
+
+def draco_error(build, scratch):
+    """The RMS error of what measure_draco left, measured as that of pmcd's levels; None if it is no mesh for pmcd."""
+    text, code = execute(build / "client/tool/pmctool", "compare", "--json", scratch / "mesh.ply", scratch / "draco.ply",
+                         accepted=(0, 1, 3))
+    if code == 3:
+        return None
+    return json.loads(text)["distance"]["a_to_b"]["rms"] if code else 0
 
 
 def measure_xz(scratch):

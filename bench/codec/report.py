@@ -107,7 +107,8 @@ def level_rows(runs):
         yield [run["mesh"], *_how(run), str(len(levels)), f"{levels[0]['bytes']:,}", f"{levels[0]['vertices']:,}",
                _error(levels[0]["error_rms"]), f"{reached:,}" if reached is not None else "-",
                f"{100 * reached / packet_bytes(run):.1f} %" if reached is not None else "-",
-               _error(levels[-1]["error_rms"]), _error(levels[-1]["error_max"])]
+               _error(levels[-1]["error_rms"]), _error(levels[-1]["error_max"]),
+               _error(run["draco10"]["error_rms"])]
 
 
 def _error(value):
@@ -153,8 +154,9 @@ def report(runs, repeat, machine):
        summary_rows(runs))}
 
 Ratio: bytes of all packets / bytes of `draco_encoder -cl 10 -qp BITS` (`-qp 0` for lossless); its mean is over meshes,
-each with the same weight. Scans: {", ".join(SCANS)}. File: the same with the whole .pmcd file, directory included.
-Speed is all vertices over all seconds. Effort -: none was asked for, the encoder's default.
+each with the same weight. Scans: {", ".join(SCANS)}.
+File: the same with the whole .pmcd file, directory included. Speed is all vertices over all seconds. Effort -: none was
+asked for, the encoder's default.
 
 ## Rate
 
@@ -169,10 +171,10 @@ the lattice). Draco merges vertices at equal positions and leaves out isolated o
 ## Levels
 
 {table(["mesh", "bits", "effort", "packets", "first packet B", "its vertices", "its RMS",
-        f"B to RMS {ERROR_GOAL:g}", "of all", "last RMS", "last max"], level_rows(runs))}
+        f"B to RMS {ERROR_GOAL:g}", "of all", "last RMS", "last max", "Draco RMS"], level_rows(runs))}
 
 Errors are distances from original vertices to the level's surface, relative to the diagonal of the bounding box. B to
-RMS: all packets up to the first level at or below it; nothing is interpolated.
+RMS: all packets up to the first level at or below it; nothing is interpolated. Draco's error is measured in the same way.
 """
     lossless = [run for run in runs if run["bits"] == LOSSLESS]
     if lossless:
