@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Measures the codec alone on one mesh: loads the file once, encodes and decodes it in memory, and prints the figures
-// as one JSON object. Files, import and the error of levels are not in the times. bench/codec/run makes tables of it.
+// as one JSON object. Files, import and the error of levels are not in the times. bench/codec/run and growth make
+// tables of it.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <exception>
 #include <iostream>
@@ -19,6 +21,7 @@
 #include "codec/decoder.h"
 #include "codec/encoder.h"
 #include "codec/import/file_io.h"
+#include "codec/import/measure.h"
 #include "codec/import/read_mesh.h"
 #include "codec/import/write_mesh.h"
 #include "codec/lattice/lattice.h"
@@ -32,6 +35,8 @@ struct Arguments {
   std::optional<unsigned> bits;
   std::optional<unsigned> levels;
   bool cleaning = false;
+  std::string effort;
+  bool errors = false;
   unsigned repeat = 3;
   std::string write_mesh;
   std::string write_expected;
@@ -91,16 +96,43 @@ codec::Result<codec::TriangleMesh> expected_mesh(const codec::TriangleMesh& mesh
   return expected;
 }
 
-Failure write_packets(const std::string& path, const std::vector<codec::EncodedPacket>& packets) {
+/// The one place where --effort meets the library. EncodeOptions has no effort yet, so the default is all there is.
+Failure set_effort(const std::string& effort, codec::EncodeOptions& options) {
+  (void)options;
+  if (effort.empty() || effort == "default") return {};
+  return "--effort: this encoder knows no effort " + effort;
+}
+
+/// Decodes level by level and notes how far each is from the mesh. An error beyond double stays "not measured".
+Failure measure_errors(const codec::TriangleMesh& mesh, const std::vector<codec::EncodedPacket>& packets,
+                       codec::Directory& directory) {
+  const import::ErrorMeter meter(mesh);
+  codec::Decoder decoder;
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const auto level = decoder.apply(packets[k].bytes);
+    if (!level) return level.error().detail;
+    const import::Distance distance = meter.distance_to(decoder.mesh());
+    if (!std::isfinite(distance.rms) || !std::isfinite(distance.max)) continue;
+    directory.levels[k].error_rms = distance.rms;
+    directory.levels[k].error_max = distance.max;
+  }
+  return {};
+}
+
+codec::Result<codec::Directory> directory_of(const std::vector<codec::EncodedPacket>& packets) {
   std::vector<std::span<const std::byte>> views;
   views.reserve(packets.size());
   for (const codec::EncodedPacket& packet : packets) views.emplace_back(packet.bytes);
-  const auto directory = codec::make_directory(views);
-  if (!directory) return directory.error().detail;
-  std::vector<std::byte> file = codec::serialize(*directory);
-  for (const auto& view : views) file.insert(file.end(), view.begin(), view.end());
-  const auto failure = import::save_file(path, file);
-  return failure ? import::to_line(*failure) : Failure();
+  return codec::make_directory(views);
+}
+
+/// A whole .pmcd file.
+std::vector<std::byte> file_of(const codec::Directory& directory, const std::vector<codec::EncodedPacket>& packets) {
+  std::vector<std::byte> file = codec::serialize(directory);
+  for (const codec::EncodedPacket& packet : packets) {
+    file.insert(file.end(), packet.bytes.begin(), packet.bytes.end());
+  }
+  return file;
 }
 
 Failure write_mesh(const std::string& path, const codec::TriangleMesh& mesh) {
@@ -108,7 +140,7 @@ Failure write_mesh(const std::string& path, const codec::TriangleMesh& mesh) {
   return written ? Failure() : import::to_line(written.error());
 }
 
-Failure write_files(const Arguments& arguments, const codec::TriangleMesh& mesh, const codec::Encoded& encoded) {
+Failure write_files(const Arguments& arguments, const codec::TriangleMesh& mesh, const std::vector<std::byte>& file) {
   Failure failure;
   if (!arguments.write_mesh.empty()) failure = write_mesh(arguments.write_mesh, mesh);
   if (failure.empty() && !arguments.write_expected.empty()) {
@@ -116,7 +148,8 @@ Failure write_files(const Arguments& arguments, const codec::TriangleMesh& mesh,
     failure = expected ? write_mesh(arguments.write_expected, *expected) : expected.error().detail;
   }
   if (failure.empty() && !arguments.write_packets.empty()) {
-    failure = write_packets(arguments.write_packets, encoded.packets);
+    const auto refused = import::save_file(arguments.write_packets, file);
+    if (refused) failure = import::to_line(*refused);
   }
   return failure;
 }
@@ -125,21 +158,28 @@ nlohmann::json bits_per_vertex(const codec::Encoded& encoded, std::size_t vertic
   const codec::BitReport& bits = encoded.report.bits;
   double total = 0;
   for (const codec::EncodedPacket& packet : encoded.packets) total += 8.0 * static_cast<double>(packet.bytes.size());
-  const double payload = bits.base + bits.connectivity + bits.geometry + bits.exactness + bits.isolated;
+  const double payload =
+      bits.base + bits.connectivity + bits.geometry + bits.precision + bits.exactness + bits.isolated;
   const auto count = static_cast<double>(std::max<std::size_t>(vertices, 1));
   return {{"base", bits.base / count},
           {"connectivity", bits.connectivity / count},
           {"geometry", bits.geometry / count},
+          {"precision", bits.precision / count},
           {"exactness", bits.exactness / count},
           {"isolated", bits.isolated / count},
           {"headers", (total - payload) / count},
           {"total", total / count}};
 }
 
-nlohmann::json level_list(const codec::Encoded& encoded) {
+nlohmann::json level_list(const codec::Directory& directory) {
+  const auto measured = [](double error) { return error < 0 ? nlohmann::json() : nlohmann::json(error); };
   nlohmann::json levels = nlohmann::json::array();
-  for (const codec::EncodedPacket& packet : encoded.packets) {
-    levels.push_back({{"bytes", packet.bytes.size()}, {"vertices", packet.vertices}, {"faces", packet.faces}});
+  for (const codec::LevelEntry& level : directory.levels) {
+    levels.push_back({{"bytes", level.bytes},
+                      {"vertices", level.vertices},
+                      {"faces", level.faces},
+                      {"error_rms", measured(level.error_rms)},
+                      {"error_max", measured(level.error_max)}});
   }
   return levels;
 }
@@ -153,13 +193,19 @@ Failure run(const Arguments& arguments) {
   options.bits = arguments.bits;
   options.max_packets_after_base = arguments.levels;
   options.cleaning = arguments.cleaning;
+  if (Failure failure = set_effort(arguments.effort, options); !failure.empty()) return failure;
   const auto encode = [&] { return codec::encode(mesh, options); };
   const auto encoded = encode();
   if (!encoded) return std::string(codec::error_name(encoded.error().code)) + ": " + encoded.error().detail;
   const auto decoded = decode(encoded->packets);
   if (!decoded) return std::string(codec::error_name(decoded.error().code)) + ": " + decoded.error().detail;
-
-  if (Failure failure = write_files(arguments, mesh, *encoded); !failure.empty()) return failure;
+  auto directory = directory_of(encoded->packets);
+  if (!directory) return directory.error().detail;
+  if (arguments.errors) {
+    if (Failure failure = measure_errors(mesh, encoded->packets, *directory); !failure.empty()) return failure;
+  }
+  const std::vector<std::byte> file = file_of(*directory, encoded->packets);
+  if (Failure failure = write_files(arguments, mesh, file); !failure.empty()) return failure;
 
   const Measured encoding = measure(arguments.repeat, encode);
   const Measured decoding = measure(arguments.repeat, [&] { return decode(encoded->packets); });
@@ -177,7 +223,8 @@ Failure run(const Arguments& arguments) {
                          {"encode_peak_bytes", encoding.peak_bytes + mesh_bytes},
                          {"decode_peak_bytes", decoding.peak_bytes},
                          {"bits_per_vertex", bits_per_vertex(*encoded, mesh.positions.size())},
-                         {"levels", level_list(*encoded)}};
+                         {"file_bytes", file.size()},
+                         {"levels", level_list(*directory)}};
   json["bits"] = arguments.bits ? nlohmann::json(*arguments.bits) : nlohmann::json();
   std::cout << json.dump(1) << '\n';
   return {};
@@ -193,6 +240,8 @@ int main(int argc, char** argv) try {
   app.add_option("--bits", arguments.bits, "bits of the lattice; without it lossless")->check(CLI::Range(4, 24));
   app.add_option("--levels", arguments.levels, "at most this many packets after the base");
   app.add_flag("--cleaning", arguments.cleaning, "with cleaning conquests");
+  app.add_option("--effort", arguments.effort, "how hard to try; without it the encoder's default");
+  app.add_flag("--errors", arguments.errors, "measure the error of each level, untimed");
   app.add_option("--repeat", arguments.repeat, "timings of which the median is taken")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();

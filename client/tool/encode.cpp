@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/tool/commands.h"
 #include "client/tool/offline.h"
@@ -55,45 +56,64 @@ class ProgressLine {
   bool any_ = false;
 };
 
+/// Some of the file's bits, and what they are for.
+struct Part {
+  const char* key;   ///< in JSON
+  const char* name;  ///< for people
+  double bits;
+};
+
 /// What the figures are made of.
 struct Figures {
   double vertices = 0;
-  double packet_bytes = 0;
   double raw_bytes = 0;  ///< plain arrays: three coordinates a vertex, three 32-bit indices a face
-  double header_bits = 0;
+  double file_bits = 0;
+  std::vector<Part> parts;  ///< they sum up to the file
 
   Figures(const import::Ingested& ingested, std::uint64_t file_bytes) {
     const import::ImportReport& import = ingested.import_report;
     const codec::BitReport& bits = ingested.encode_report.bits;
     vertices = static_cast<double>(import.vertices);
-    for (const codec::EncodedPacket& packet : ingested.packets)
-      packet_bytes += static_cast<double>(packet.bytes.size());
     raw_bytes = vertices * (import.float64 ? 24 : 12) + static_cast<double>(import.faces) * 12;
-    header_bits = static_cast<double>(file_bytes) * 8 - bits.base - bits.connectivity - bits.geometry - bits.exactness -
-                  bits.isolated;
+    file_bits = static_cast<double>(file_bytes) * 8;
+    parts = {{"base", "base mesh", bits.base},           {"connectivity", "connectivity", bits.connectivity},
+             {"geometry", "geometry", bits.geometry},    {"precision", "precision", bits.precision},
+             {"exactness", "exactness", bits.exactness}, {"isolated", "isolated vertices", bits.isolated}};
+    double headers = file_bits;
+    for (const Part& part : parts) headers -= part.bits;
+    parts.push_back({"headers", "headers and directory", headers});
   }
   [[nodiscard]] double per_vertex(double bits) const { return vertices > 0 ? bits / vertices : 0; }
 };
 
+void print_parts(const Figures& figures) {
+  std::vector<std::vector<std::string>> rows{{"where the bits went", "bytes", "bits per vertex", "share"}};
+  const auto add = [&](const char* name, double bits) {
+    rows.push_back({name, fixed(bits / 8, 0), fixed(figures.per_vertex(bits), 2),
+                    fixed(figures.file_bits > 0 ? 100 * bits / figures.file_bits : 0, 1) + " %"});
+  };
+  for (const Part& part : figures.parts) add(part.name, part.bits);
+  add("file", figures.file_bits);
+  print_table(rows, FirstColumn::names, "  ");
+}
+
 void print_text(const EncodeCommand& command, const import::Ingested& done, std::uint64_t file_bytes) {
   const std::vector<std::string> lines = done.import_report.lines();
   for (std::size_t i = 0; i < lines.size(); ++i) std::cout << (i == 0 ? command.in + ": " : "  ") << lines[i] << '\n';
-  const codec::EncodeReport& report = done.encode_report;
-  const codec::BitReport& bits = report.bits;
   const Figures figures(done, file_bytes);
-  const auto bpv = [&](double b) { return fixed(figures.per_vertex(b), 2); };
   std::cout << command.out << ": " << file_bytes << " bytes, "
             << (done.directory.lossless ? "lossless"
                                         : std::to_string(done.directory.lattice.bits) + " bits a coordinate")
             << ", " << done.packets.size() << " packets; the base mesh has " << done.packets.front().vertices
             << " vertices in " << done.packets.front().bytes.size() << " bytes\n";
-  std::cout << "  bits per vertex: " << bpv(static_cast<double>(file_bytes) * 8) << " (connectivity "
-            << bpv(bits.connectivity) << ", geometry " << bpv(bits.geometry) << ", base " << bpv(bits.base)
-            << ", exactness " << bpv(bits.exactness) << ", isolated vertices " << bpv(bits.isolated) << ", headers "
-            << bpv(figures.header_bits) << ")\n";
-  if (file_bytes > 0) {
-    std::cout << "  " << fixed(figures.raw_bytes / static_cast<double>(file_bytes), 2)
-              << " times smaller than plain arrays (" << fixed(figures.raw_bytes, 0) << " bytes)\n";
+  print_parts(figures);
+  if (figures.raw_bytes > 0) {
+    const double share = static_cast<double>(file_bytes) / figures.raw_bytes;
+    std::cout << "  " << fixed(100 * share, 1) << " % of plain arrays, "
+              << (done.import_report.float64 ? "float64" : "float32") << " positions and 32-bit indices ("
+              << fixed(figures.raw_bytes, 0) << " bytes)";
+    if (share < 1) std::cout << ": " << fixed(1 / share, 1) << " times smaller";
+    std::cout << '\n';
   }
   std::cout << "  encoded in " << fixed(done.encode_seconds, 2) << " s";
   if (done.encode_seconds > 0) {
@@ -107,6 +127,8 @@ void print_json(const EncodeCommand& command, const import::Ingested& done, std:
   const import::ImportReport& import = done.import_report;
   const codec::EncodeReport& report = done.encode_report;
   const Figures figures(done, file_bytes);
+  nlohmann::ordered_json bits_per_vertex{{"total", figures.per_vertex(figures.file_bits)}};
+  for (const Part& part : figures.parts) bits_per_vertex[part.key] = figures.per_vertex(part.bits);
   nlohmann::ordered_json document{
       {"in", command.in},
       {"out", command.out},
@@ -132,14 +154,7 @@ void print_json(const EncodeCommand& command, const import::Ingested& done, std:
       {"base_bytes", done.packets.front().bytes.size()},
       {"components", report.components},
       {"passes", report.passes},
-      {"bits_per_vertex",
-       {{"total", figures.per_vertex(static_cast<double>(file_bytes) * 8)},
-        {"connectivity", figures.per_vertex(report.bits.connectivity)},
-        {"geometry", figures.per_vertex(report.bits.geometry)},
-        {"base", figures.per_vertex(report.bits.base)},
-        {"exactness", figures.per_vertex(report.bits.exactness)},
-        {"isolated", figures.per_vertex(report.bits.isolated)},
-        {"headers", figures.per_vertex(figures.header_bits)}}},
+      {"bits_per_vertex", bits_per_vertex},
       {"seconds", {{"read", done.read_seconds}, {"encode", done.encode_seconds}, {"measure", done.measure_seconds}}}};
   std::cout << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }

@@ -2,6 +2,7 @@
 // Errors, figures and files for the offline commands.
 #include "client/tool/offline.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -39,6 +40,23 @@ std::string hex(std::uint64_t value) {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
   return text;
+}
+
+void print_table(const std::vector<std::vector<std::string>>& rows, FirstColumn first, const std::string& indent) {
+  if (rows.empty()) return;
+  std::vector<std::size_t> width(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+  }
+  for (const auto& row : rows) {
+    std::cout << indent;
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const std::string space(width[c] - row[c].size(), ' ');
+      const bool left = c == 0 && first == FirstColumn::names;
+      std::cout << (c > 0 ? "  " : "") << (left ? row[c] + space : space + row[c]);
+    }
+    std::cout << '\n';
+  }
 }
 
 bool is_packet_file(const std::string& path) {
