@@ -2,7 +2,6 @@
 #include "codec/packet/base_header.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -18,10 +17,6 @@ constexpr std::uint8_t kWideOriginFlag = 4;
 constexpr unsigned kUpperAxisShift = 3;
 constexpr std::uint8_t kUpperAxisMask = 3 << kUpperAxisShift;
 constexpr std::uint8_t kKnownFlags = kLosslessFlag | kFloat64Flag | kWideOriginFlag | kUpperAxisMask;
-
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
 
 // The step of a lattice whose last point on an axis lies at `upper`; as Lattice::over computes it.
 double step_to(double upper, double origin, std::int32_t max_index) {
@@ -39,16 +34,10 @@ Upper upper_bound_of(const Lattice& lattice) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     const double far = lattice.min[axis] + lattice.step * lattice.max_index();
     if (std::abs(far) > std::numeric_limits<float>::max()) continue;
-    const auto upper = static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(far))));
+    const double upper = through_float32(far);
     if (same_bits(step_to(upper, lattice.min[axis], lattice.max_index()), lattice.step)) return {axis + 1, upper};
   }
   return {};
-}
-
-bool is_float32(double value) {
-  if (!(std::abs(value) <= std::numeric_limits<float>::max())) return false;
-  const auto narrow = std::bit_cast<std::uint32_t>(static_cast<float>(value));
-  return same_bits(static_cast<double>(std::bit_cast<float>(narrow)), value);
 }
 
 }  // namespace

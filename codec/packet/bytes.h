@@ -4,8 +4,10 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -24,6 +26,18 @@ constexpr std::uint64_t zigzag(std::int64_t value) {
 }
 constexpr std::int64_t unzigzag(std::uint64_t value) {
   return static_cast<std::int64_t>((value >> 1) ^ ((value & 1) != 0 ? ~std::uint64_t{0} : 0));
+}
+
+inline bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+/// The nearest float32. REQUIRES: within float32's range. Not inlined for the reason that lattice.cpp gives.
+[[gnu::noinline]] inline double through_float32(double value) {
+  return static_cast<double>(static_cast<float>(value));
+}
+/// Whether a float32 is this very value, its sign included; not for infinities and NaN.
+inline bool is_float32(double value) {
+  return std::abs(value) <= std::numeric_limits<float>::max() && same_bits(through_float32(value), value);
 }
 
 class ByteReader {

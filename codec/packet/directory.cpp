@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -47,16 +46,6 @@ Box box_of(const Lattice& lattice) {
   return {lattice.min[0], lattice.min[1], lattice.min[2], high[0], high[1], high[2]};
 }
 
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-bool fits_float32(double value) {
-  return std::abs(value) <= std::numeric_limits<float>::max() &&
-         same_bits(static_cast<double>(std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(value)))),
-                   value);
-}
-
 bool measured(const LevelEntry& entry) {
   return error_code_of(entry.error_rms) != kNotMeasured || error_code_of(entry.error_max) != kNotMeasured;
 }
@@ -69,7 +58,7 @@ unsigned flags_of(const Directory& directory) {
   for (unsigned i = 0; i < 6; ++i) {
     if (same_bits(box[i], known[i])) continue;
     flags |= 1u << i;
-    if (!fits_float32(box[i])) flags |= kWideBoxFlag;
+    if (!is_float32(box[i])) flags |= kWideBoxFlag;
   }
   if (std::any_of(directory.levels.begin(), directory.levels.end(), measured)) flags |= kMeasuredFlag;
   return flags;

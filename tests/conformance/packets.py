@@ -269,21 +269,19 @@ def _payload(source, size):
 
 
 def make(sizes, seed):
-    """A PacketFile whose packets have these lengths (49 bytes at least) and random payloads; the same for the same seed."""
+    """A PacketFile whose packets have these lengths (27 bytes at least; a few are one byte shorter) and random payloads;
+    the same for the same seed."""
     source = random.Random(seed)
     generation = source.getrandbits(64)
     packets, levels = [], []
     for k, size in enumerate(sizes):
         vertices, faces, mesh_hash = 4 << k, 4 << k, source.getrandbits(64)
-        payload_bytes = size
-        while True:  # the number of payload bytes is part of the header
-            start, rest = packet_head(k, k == len(sizes) - 1, payload_bytes, vertices, faces, mesh_hash, generation)
-            over = len(start) + 4 + len(rest) + payload_bytes - size
-            if over <= 0:
-                break
-            payload_bytes -= over
-        if over < 0:
-            raise ValueError(f"no packet has {size} bytes")
+        def head(payload_bytes):
+            return packet_head(k, k == len(sizes) - 1, payload_bytes, vertices, faces, mesh_hash, generation)
+
+        # The number of payload bytes is part of the header; where it grows by a byte, a size is left out.
+        payload_bytes = next(n for n in range(size, -1, -1) if n + 4 + sum(map(len, head(n))) <= size)
+        start, rest = head(payload_bytes)
         payload, payload_crc = _payload(source, payload_bytes)
         crc = crc32c_joined(crc32c(rest, crc32c(start)), payload_crc, len(payload))
         packets.append(start + struct.pack("<I", crc) + rest + payload)
