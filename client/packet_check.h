@@ -19,7 +19,7 @@ inline std::optional<std::string> wrong_with_packet(const codec::Directory& dire
   const auto header = codec::check_packet(bytes);
   if (!header) return header.error().detail;
   if (header->level != number) return "it is of level " + std::to_string(header->level);
-  if (header->generation != directory.generation) return "it is of another generation";
+  if (!header->is_of(directory.generation)) return "it is of another generation";
   if (header->crc32c != directory.levels[number].crc32c) return "its checksum is not the directory's";
   return std::nullopt;
 }

@@ -34,7 +34,7 @@ Status check_limits(const PacketHeader& header, std::size_t bytes, const Decoder
 // Codes the payload into `state`, which is a copy that may be thrown away.
 Status decode_payload(LevelState& state, const PacketHeader& header, std::span<const std::byte> payload) {
   std::size_t coded_from = 0;
-  if (header.kind == PacketKind::base) {
+  if (header.is_base()) {
     Result<BaseHeader> base = parse_base_header(payload);
     if (!base) return base.error();
     state.lattice = base->lattice;
@@ -43,19 +43,19 @@ Status decode_payload(LevelState& state, const PacketHeader& header, std::span<c
   }
   PacketReader reader(payload.subspan(coded_from));
   const LevelBounds bounds{header.vertices, header.faces};
-  Status status = header.kind == PacketKind::base ? code_base_mesh(state, reader, bounds.vertices, bounds.faces)
-                                                  : code_passes(state, bounds, reader);
+  Status status = header.is_base() ? code_base_mesh(state, reader, bounds.vertices, bounds.faces)
+                                   : code_passes(state, bounds, reader);
   if (status) status = code_isolated(state, bounds.vertices, reader);
   if (status) status = code_exactness(state, reader);
   if (!status) return status;
   if (state.exact.empty() != (!state.lossless || !header.last || header.vertices == 0)) {
-    return Error{ErrorCode::corrupt_data, 6,
+    return Error{ErrorCode::corrupt_data, kHeaderFlagsOffset,
                  "exactness belongs into the last packet of a lossless mesh, and only there"};
   }
   if (reader.failed()) return Error{ErrorCode::corrupt_data, payload.size(), "the payload ends too early"};
   if (!reader.at_end()) return Error{ErrorCode::corrupt_data, payload.size(), "the payload has bytes too many"};
   if (state.mesh.vertex_count() != header.vertices || state.mesh.face_count() != header.faces) {
-    return Error{ErrorCode::corrupt_data, 16, "the level has other counts than its packet promises"};
+    return Error{ErrorCode::corrupt_data, kHeaderNumbersOffset, "the level has other counts than its packet promises"};
   }
   return {};
 }
@@ -71,7 +71,7 @@ Result<Level> Decoder::apply(std::span<const std::byte> packet) {
   Result<PacketHeader> header = check_packet(packet);
   if (!header) return header.error();
   const std::uint32_t expected = state_ ? state_->level + 1 : 0;
-  if (state_ && header->generation != state_->generation) {
+  if (state_ && !header->is_of(state_->generation)) {
     return Error{ErrorCode::wrong_mesh, header->level, "the packet belongs to another mesh or another encoding of it"};
   }
   if (header->level != expected || (state_ && state_->last)) {
@@ -84,13 +84,13 @@ Result<Level> Decoder::apply(std::span<const std::byte> packet) {
   if (!limits) return limits.error();
 
   auto next = state_ ? std::make_unique<State>(*state_) : std::make_unique<State>();
-  Status decoded = decode_payload(*next, *header, packet.subspan(kPacketHeaderBytes));
+  Status decoded = decode_payload(*next, *header, packet.subspan(header->size));
   if (!decoded) return decoded.error();
-  if (mesh_hash(*next) != header->mesh_hash) {
-    return Error{ErrorCode::hash_mismatch, 24, "the decoded level is not the one that was encoded"};
+  if (!header->proves(mesh_hash(*next))) {
+    return Error{ErrorCode::hash_mismatch, header->level, "the decoded level is not the one that was encoded"};
   }
   next->level = header->level;
-  next->generation = header->generation;
+  if (header->is_base()) next->generation = header->generation;  // the others have only a part of it
   next->last = header->last;
   state_ = std::move(next);
   return level();

@@ -87,15 +87,16 @@ void bounding_box(const TriangleMesh& mesh, Position& low, Position& high) {
 struct Writing {
   EncodingPlan plan;
   LevelState state;
-  std::vector<EncodedPacket> packets;
+  std::vector<EncodedPacket> packets;  ///< payloads only, until write_headers
   std::vector<std::uint64_t> hashes;
 };
 
-// Drives the decoder's own functions with a source that writes; the header is filled in when all packets stand.
+// Drives the decoder's own functions with a source that writes. The header comes before the payload when all stand, for
+// the generation depends on all.
 Status write_packet(Writing& w, std::span<const PassRecord> passes, unsigned shift, bool with_isolated,
                     bool with_exactness, const LevelBounds& bounds) {
   const bool is_base = w.packets.empty();
-  std::vector<std::byte> bytes(kPacketHeaderBytes);
+  std::vector<std::byte> bytes;
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
   PlanWriter writer(w.plan, passes, shift, with_isolated, with_exactness, bytes);
   Status status =
@@ -114,7 +115,7 @@ void write_headers(Writing& w) {
   for (const EncodedPacket& packet : w.packets) {
     generation.add(packet.bytes.size());
     std::uint64_t word = 0;
-    for (std::size_t i = kPacketHeaderBytes; i < packet.bytes.size(); ++i) {
+    for (std::size_t i = 0; i < packet.bytes.size(); ++i) {
       word = (word << 8) | static_cast<std::uint64_t>(packet.bytes[i]);
       if (i % 8 == 7 || i + 1 == packet.bytes.size()) {
         generation.add(word);
@@ -125,14 +126,13 @@ void write_headers(Writing& w) {
   for (std::uint64_t hash : w.hashes) generation.add(hash);
   for (std::size_t k = 0; k < w.packets.size(); ++k) {
     PacketHeader header;
-    header.kind = k == 0 ? PacketKind::base : PacketKind::refinement;
     header.last = k + 1 == w.packets.size();
     header.level = static_cast<std::uint32_t>(k);
     header.vertices = w.packets[k].vertices;
     header.faces = w.packets[k].faces;
     header.mesh_hash = w.hashes[k];
     header.generation = generation.value();
-    write_packet_header(w.packets[k].bytes, header);
+    w.packets[k].bytes = make_packet(header, w.packets[k].bytes);
   }
 }
 

@@ -36,7 +36,7 @@ enum class ErrorCode : std::uint16_t {
   wrong_mesh = 27,           ///< a packet of another mesh or of another encoding of it
   limit_exceeded = 28,       ///< more vertices, faces or bytes than the decoder was allowed
   corrupt_data = 29,         ///< the content contradicts itself although its checksum is right
-  hash_mismatch = 30,        ///< decoded without contradiction, but not to the mesh that was encoded
+  hash_mismatch = 30,        ///< decoded without contradiction, but not to the mesh that was encoded; where = level
   // A bug in pmcd.
   internal_error = 99,  ///< please report it
 };

@@ -28,9 +28,9 @@ std::string reason(int error) {
 
 /// Whether the bytes can be the beginning of packet `level`: as far as its header is there, it must be the right one.
 bool may_begin(proto::ByteView bytes, std::uint32_t level, const codec::Directory& directory) {
-  if (bytes.size() < codec::kPacketHeaderBytes) return true;
   const auto header = codec::parse_packet_header(bytes);
-  return header.ok() && header->level == level && header->generation == directory.generation &&
+  if (!header) return header.error().code == codec::ErrorCode::truncated;
+  return header->level == level && header->is_of(directory.generation) &&
          header->crc32c == directory.levels[level].crc32c;
 }
 

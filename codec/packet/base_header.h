@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The fixed part at the start of the base packet's payload: what holds for the whole mesh. The coded base mesh follows.
-// Layout (little endian): u8 lattice bits, u8 flags (bit 0 lossless, bit 1 float64), then min[3] as f32 (f64 if
-// float64) and f64 step.
+// What holds for the whole mesh: the fixed part at the start of the base packet's payload (the coded base mesh
+// follows), and the same bytes in the directory. Layout (little endian):
+//   u8 lattice bits  u8 flags: bit 0 lossless, bit 1 float64 coordinates, bit 2 the origin is written as f64,
+//   bits 3 and 4: 0 the step is written, 1 to 3 the lattice's upper bound on x, y or z, from which the step follows
+//   origin 3 x f32 (f64 with bit 2)  f64 step, or f32 upper bound
+// Of all forms that give the same lattice only the shortest is valid, the lowest axis first.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +22,11 @@ struct BaseHeader {
   std::size_t size = 0;  ///< bytes that it takes
 };
 
-/// Errors: truncated, unsupported_feature, corrupt_data (a lattice that makes no sense).
+/// Errors: truncated, unsupported_feature, corrupt_data (a lattice that makes no sense, or not in its one form; where =
+/// byte).
 Result<BaseHeader> parse_base_header(std::span<const std::byte> payload);
 
-/// REQUIRES: lattice.valid().
+/// REQUIRES: lattice.valid(); else what it appends will be refused.
 void append_base_header(std::vector<std::byte>& payload, const Lattice& lattice, bool lossless);
 
 }  // namespace pmcd::codec

@@ -1,30 +1,102 @@
 // SPDX-License-Identifier: MIT
-// Layout (little endian): "PMCD", u8 format version, u8 flags (bit 0 lossless, bit 1 float64), u8 lattice bits, u8 0,
-// u32 number of levels, u64 generation, f64 lattice min[3], f64 step, f64 box min[3], f64 box max[3], then per level
-// u32 bytes, u32 vertices, u32 faces, u32 packet CRC32C, f64 error rms, f64 error max; at the end u32 CRC32C of it all.
+// Layout (little endian): "PMCD", u8 format version, varint bytes that follow, u8 flags (bits 0 to 2: the box's lower
+// corner's x, y, z is written, bits 3 to 5 the upper corner's, bit 6: as f64, bit 7: errors are written), the base
+// header as in the base packet, u64 generation, the box's coordinates that are not the lattice's (f32, f64 with bit 6),
+// then per level varint bytes, varint zigzag of the vertices more than in the level before, varint zigzag of faces - 2
+// * vertices, u32 packet CRC32C, with bit 7 u16 error rms, u16 error max (error_value.h); at the end u32 CRC32C of it
+// all. What may be left out must be left out.
 #include "codec/packet/directory.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "codec/packet/base_header.h"
 #include "codec/packet/bytes.h"
 #include "codec/packet/crc32c.h"
+#include "codec/packet/error_value.h"
 #include "codec/packet/header.h"
 
 namespace pmcd::codec {
 namespace {
 
 constexpr std::array<unsigned char, 4> kDirectoryMagic = {'P', 'M', 'C', 'D'};
-constexpr std::size_t kFixedBytes = 4 + 4 + 4 + 8 + 10 * 8;
-constexpr std::size_t kEntryBytes = 4 * 4 + 2 * 8;
+constexpr std::size_t kVersionOffset = 4;
+constexpr std::size_t kSizeOffset = 5;
 constexpr std::size_t kChecksumBytes = 4;
-constexpr std::uint8_t kLosslessFlag = 1;
-constexpr std::uint8_t kFloat64Flag = 2;
+constexpr unsigned kWideBoxFlag = 0x40;
+constexpr unsigned kMeasuredFlag = 0x80;
+constexpr std::uint64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 
-bool is_error_value(double value) {
-  return std::isfinite(value) && (value >= 0 || value == -1);
+using Box = std::array<double, 6>;  // lower corner, upper corner
+
+Box box_of(const Directory& directory) {
+  const Position& low = directory.box_min;
+  const Position& high = directory.box_max;
+  return {low[0], low[1], low[2], high[0], high[1], high[2]};
+}
+
+// The box as far as the lattice knows it. Any, if the lattice is not valid.
+Box box_of(const Lattice& lattice) {
+  if (!lattice.valid()) return {};
+  const std::int32_t top = lattice.max_index();
+  const Position high = lattice.position({top, top, top});
+  return {lattice.min[0], lattice.min[1], lattice.min[2], high[0], high[1], high[2]};
+}
+
+bool measured(const LevelEntry& entry) {
+  return error_code_of(entry.error_rms) != kNotMeasured || error_code_of(entry.error_max) != kNotMeasured;
+}
+
+// Which parts the directory has.
+unsigned flags_of(const Directory& directory) {
+  const Box box = box_of(directory);
+  const Box known = box_of(directory.lattice);
+  unsigned flags = 0;
+  for (unsigned i = 0; i < 6; ++i) {
+    if (same_bits(box[i], known[i])) continue;
+    flags |= 1u << i;
+    if (!is_float32(box[i])) flags |= kWideBoxFlag;
+  }
+  if (std::any_of(directory.levels.begin(), directory.levels.end(), measured)) flags |= kMeasuredFlag;
+  return flags;
+}
+
+void append_entry(ByteWriter& writer, const LevelEntry& entry, std::uint32_t vertices_before, bool with_errors) {
+  writer.write_varint(entry.bytes);
+  writer.write_varint(zigzag(std::int64_t{entry.vertices} - std::int64_t{vertices_before}));
+  write_faces(writer, entry.vertices, entry.faces);
+  writer.write(entry.crc32c);
+  if (!with_errors) return;
+  writer.write(error_code_of(entry.error_rms));
+  writer.write(error_code_of(entry.error_max));
+}
+
+// Where and why the next entry is refused.
+Status read_entry(ByteReader& reader, std::uint32_t vertices_before, bool with_errors, LevelEntry& entry) {
+  const std::size_t at = reader.position();
+  entry.bytes = static_cast<std::uint32_t>(reader.read_varint(kMost32));
+  const std::int64_t vertices = std::int64_t{vertices_before} + unzigzag(reader.read_varint());
+  const bool countable = vertices >= 0 && vertices <= static_cast<std::int64_t>(kMost32);
+  entry.vertices = countable ? static_cast<std::uint32_t>(vertices) : 0;
+  const std::optional<std::uint32_t> faces = read_faces(reader, entry.vertices);
+  entry.faces = faces.value_or(0);
+  entry.crc32c = reader.read<std::uint32_t>();
+  if (with_errors) {
+    entry.error_rms = error_of_code(reader.read<std::uint16_t>());
+    entry.error_max = error_of_code(reader.read<std::uint16_t>());
+  }
+  if (reader.malformed_at()) {
+    return Error{ErrorCode::corrupt_data, *reader.malformed_at(),
+                 "a number in the directory is out of range or longer than it needs to be"};
+  }
+  if (!reader.ok()) return Error{ErrorCode::corrupt_data, at, "the directory ends within a level"};
+  if (!countable || !faces || entry.bytes < kLeastHeaderBytes) {
+    return Error{ErrorCode::corrupt_data, at, "a directory entry makes no sense"};
+  }
+  return {};
 }
 
 Status check_entry(std::span<const std::byte> packet, const LevelEntry& entry, std::uint32_t level,
@@ -34,7 +106,7 @@ Status check_entry(std::span<const std::byte> packet, const LevelEntry& entry, s
   if (header->level != level) {
     return Error{ErrorCode::out_of_order, header->level, "packets do not stand in the order of their levels"};
   }
-  if (header->generation != directory.generation) {
+  if (!header->is_of(directory.generation)) {
     return Error{ErrorCode::wrong_mesh, level, "a packet belongs to another mesh or another encoding of it"};
   }
   if (header->last != (level + 1 == directory.levels.size())) {
@@ -67,7 +139,9 @@ Result<Directory> make_directory(std::span<const std::span<const std::byte>> pac
     Status status = check_entry(packets[k], directory.levels[k], static_cast<std::uint32_t>(k), directory);
     if (!status) return status.error();
   }
-  Result<BaseHeader> base = parse_base_header(packets[0].subspan(kPacketHeaderBytes));
+  const Result<PacketHeader> of_base = parse_packet_header(packets[0]);
+  if (!of_base) return of_base.error();
+  Result<BaseHeader> base = parse_base_header(packets[0].subspan(of_base->size));
   if (!base) return base.error();
   directory.lattice = base->lattice;
   directory.lossless = base->lossless;
@@ -78,43 +152,95 @@ Result<Directory> make_directory(std::span<const std::span<const std::byte>> pac
 }
 
 std::vector<std::byte> serialize(const Directory& directory) {
-  std::vector<std::byte> bytes;
-  ByteWriter writer(bytes);
-  for (unsigned char c : kDirectoryMagic) writer.write(static_cast<std::uint8_t>(c));
-  writer.write(directory.format_version);
-  writer.write(static_cast<std::uint8_t>((directory.lossless ? kLosslessFlag : 0) |
-                                         (directory.lattice.scalar == Scalar::float64 ? kFloat64Flag : 0)));
-  writer.write(static_cast<std::uint8_t>(directory.lattice.bits));
-  writer.write(std::uint8_t{0});
-  writer.write(static_cast<std::uint32_t>(directory.levels.size()));
+  const unsigned flags = flags_of(directory);
+  std::vector<std::byte> content;
+  ByteWriter writer(content);
+  writer.write(static_cast<std::uint8_t>(flags));
+  append_base_header(content, directory.lattice, directory.lossless);
   writer.write(directory.generation);
-  for (double value : directory.lattice.min) writer.write_double(value);
-  writer.write_double(directory.lattice.step);
-  for (double value : directory.box_min) writer.write_double(value);
-  for (double value : directory.box_max) writer.write_double(value);
-  for (const LevelEntry& entry : directory.levels) {
-    writer.write(entry.bytes);
-    writer.write(entry.vertices);
-    writer.write(entry.faces);
-    writer.write(entry.crc32c);
-    writer.write_double(entry.error_rms);
-    writer.write_double(entry.error_max);
+  const Box box = box_of(directory);
+  for (unsigned i = 0; i < 6; ++i) {
+    if ((flags & (1u << i)) == 0) continue;
+    if ((flags & kWideBoxFlag) != 0) {
+      writer.write_double(box[i]);
+    } else {
+      writer.write_float(box[i]);
+    }
   }
-  writer.write(crc32c(bytes));
+  std::uint32_t vertices_before = 0;
+  for (const LevelEntry& entry : directory.levels) {
+    append_entry(writer, entry, vertices_before, (flags & kMeasuredFlag) != 0);
+    vertices_before = entry.vertices;
+  }
+  std::vector<std::byte> bytes;
+  ByteWriter whole(bytes);
+  for (unsigned char c : kDirectoryMagic) whole.write(static_cast<std::uint8_t>(c));
+  whole.write(directory.format_version);
+  whole.write_varint(content.size() + kChecksumBytes);
+  bytes.insert(bytes.end(), content.begin(), content.end());
+  whole.write(crc32c(bytes));
   return bytes;
 }
 
+namespace {
+
+// What stands between the number of bytes and the checksum; `start` is where in the file, for errors.
+Status parse_content(std::span<const std::byte> head_and_content, std::size_t start, Directory& directory) {
+  ByteReader reader(head_and_content);
+  reader.skip(start);
+  const unsigned flags = reader.read<std::uint8_t>();
+  Result<BaseHeader> base = parse_base_header(head_and_content.subspan(reader.position()));
+  if (!base) {
+    Error error = base.error();
+    error.where += reader.position();
+    if (error.code == ErrorCode::truncated) error.code = ErrorCode::corrupt_data;  // the file has more
+    error.detail = "in the directory: " + error.detail;
+    return error;
+  }
+  directory.lattice = base->lattice;
+  directory.lossless = base->lossless;
+  reader.skip(base->size);
+  directory.generation = reader.read<std::uint64_t>();
+  const std::size_t box_at = reader.position();
+  Box box = box_of(directory.lattice);
+  for (unsigned i = 0; i < 6; ++i) {
+    if ((flags & (1u << i)) != 0) box[i] = (flags & kWideBoxFlag) != 0 ? reader.read_double() : reader.read_float();
+    if (!std::isfinite(box[i])) {
+      return Error{ErrorCode::corrupt_data, box_at, "the directory's bounding box makes no sense"};
+    }
+  }
+  if (!reader.ok()) return Error{ErrorCode::corrupt_data, box_at, "the directory ends within its bounding box"};
+  directory.box_min = {box[0], box[1], box[2]};
+  directory.box_max = {box[3], box[4], box[5]};
+  std::uint32_t vertices_before = 0;
+  while (reader.position() < head_and_content.size()) {
+    LevelEntry entry;
+    Status status = read_entry(reader, vertices_before, (flags & kMeasuredFlag) != 0, entry);
+    if (!status) return status;
+    vertices_before = entry.vertices;
+    directory.levels.push_back(entry);
+  }
+  if (directory.levels.empty()) {
+    return Error{ErrorCode::corrupt_data, head_and_content.size(), "a mesh has at least one level"};
+  }
+  if (flags != flags_of(directory)) {
+    return Error{ErrorCode::corrupt_data, start, "the directory is not in its shortest form"};
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<ParsedDirectory> parse_directory(std::span<const std::byte> file) {
+  const Error truncated{ErrorCode::truncated, file.size(), "the file ends within its directory"};
   for (std::size_t i = 0; i < kDirectoryMagic.size() && i < file.size(); ++i) {
     if (static_cast<unsigned char>(file[i]) != kDirectoryMagic[i]) {
       return Error{ErrorCode::bad_magic, i, "this is not a .pmcd file: it does not start with PMCD"};
     }
   }
-  if (file.size() < kFixedBytes + kChecksumBytes) {
-    return Error{ErrorCode::truncated, file.size(), "the file ends within its directory"};
-  }
+  if (file.size() <= kVersionOffset) return truncated;
   ByteReader reader(file);
-  reader.read<std::uint32_t>();
+  reader.skip(kVersionOffset);
   ParsedDirectory parsed;
   Directory& directory = parsed.directory;
   directory.format_version = reader.read<std::uint8_t>();
@@ -123,55 +249,26 @@ Result<ParsedDirectory> parse_directory(std::span<const std::byte> file) {
                  "the file has format version " + std::to_string(directory.format_version) +
                      ", this program reads version " + std::to_string(kFormatVersion)};
   }
-  const auto flags = reader.read<std::uint8_t>();
-  const auto bits = reader.read<std::uint8_t>();
-  const auto reserved = reader.read<std::uint8_t>();
-  const auto levels = reader.read<std::uint32_t>();
-  const std::size_t most = (file.size() - kFixedBytes - kChecksumBytes) / kEntryBytes;
-  if (levels > most) {
-    return Error{
-        ErrorCode::truncated, file.size(),
-        "the directory promises " + std::to_string(levels) + " levels, the file has room for " + std::to_string(most)};
+  const std::uint64_t rest = reader.read_varint();
+  if (reader.malformed_at() || (reader.ok() && rest < kChecksumBytes)) {
+    return Error{ErrorCode::corrupt_data, kSizeOffset, "the directory's number of bytes makes no sense"};
   }
-  parsed.size = kFixedBytes + levels * kEntryBytes + kChecksumBytes;
+  if (!reader.ok()) return truncated;
+  const std::size_t start = reader.position();
+  if (rest > file.size() - start) {
+    return Error{ErrorCode::truncated, file.size(),
+                 "the directory promises " + std::to_string(rest) + " bytes more, the file has " +
+                     std::to_string(file.size() - start)};
+  }
+  parsed.size = start + static_cast<std::size_t>(rest);
   // The checksum comes before the content: what a flipped bit says is not worth explaining.
-  ByteReader checksum(file.subspan(parsed.size - kChecksumBytes));
-  if (checksum.read<std::uint32_t>() != crc32c(file.first(parsed.size - kChecksumBytes))) {
-    return Error{ErrorCode::checksum_mismatch, parsed.size - kChecksumBytes,
-                 "the directory was damaged: its checksum differs"};
+  const std::size_t checksum_at = parsed.size - kChecksumBytes;
+  ByteReader checksum(file.subspan(checksum_at));
+  if (checksum.read<std::uint32_t>() != crc32c(file.first(checksum_at))) {
+    return Error{ErrorCode::checksum_mismatch, checksum_at, "the directory was damaged: its checksum differs"};
   }
-  if ((flags & ~(kLosslessFlag | kFloat64Flag)) != 0 || reserved != 0) {
-    return Error{ErrorCode::unsupported_feature, 5, "unknown flags in the directory"};
-  }
-  directory.lossless = (flags & kLosslessFlag) != 0;
-  directory.generation = reader.read<std::uint64_t>();
-  directory.lattice.scalar = (flags & kFloat64Flag) != 0 ? Scalar::float64 : Scalar::float32;
-  directory.lattice.bits = bits;
-  for (double& value : directory.lattice.min) value = reader.read_double();
-  directory.lattice.step = reader.read_double();
-  for (double& value : directory.box_min) value = reader.read_double();
-  for (double& value : directory.box_max) value = reader.read_double();
-  if (!directory.lattice.valid()) return Error{ErrorCode::corrupt_data, 6, "the directory's lattice makes no sense"};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    if (!std::isfinite(directory.box_min[a]) || !std::isfinite(directory.box_max[a])) {
-      return Error{ErrorCode::corrupt_data, 52, "the directory's bounding box makes no sense"};
-    }
-  }
-  if (levels == 0) return Error{ErrorCode::corrupt_data, 8, "a mesh has at least one level"};
-  directory.levels.resize(levels);
-  for (LevelEntry& entry : directory.levels) {
-    const std::size_t at = reader.position();
-    entry.bytes = reader.read<std::uint32_t>();
-    entry.vertices = reader.read<std::uint32_t>();
-    entry.faces = reader.read<std::uint32_t>();
-    entry.crc32c = reader.read<std::uint32_t>();
-    entry.error_rms = reader.read_double();
-    entry.error_max = reader.read_double();
-    if (entry.bytes < kPacketHeaderBytes || !is_error_value(entry.error_rms) || !is_error_value(entry.error_max)) {
-      return Error{ErrorCode::corrupt_data, at, "a directory entry makes no sense"};
-    }
-  }
+  Status status = parse_content(file.first(checksum_at), start, directory);
+  if (!status) return status.error();
   return parsed;
 }
 

@@ -1,50 +1,65 @@
 // SPDX-License-Identifier: MIT
 // The header of a packet: a packet stands for itself and says what it is, how long, of which mesh, and what hash the
-// finished level must have. Layout (little endian, 48 bytes), then the payload:
-//   0 "PMCP"  4 u8 format version  5 u8 kind  6 u8 flags (bit 0: last)  7 u8 zero  8 u32 level  12 u32 payload bytes
-//   16 u32 vertices  20 u32 faces  24 u64 mesh hash  32 u64 generation  40 u32 zero  44 u32 CRC32C of all other bytes
+// finished level must have. Layout (little endian), then the payload:
+//   0 u8 0x9B  1 u8 flags (bit 0: last) and format version (bits 4 to 7)  2 u32 CRC32C of all other bytes
+//   6 varints: level, payload bytes, vertices, zigzag of faces - 2 * vertices
+//   u64 mesh hash in the last packet, else its low 24 bits; u64 generation in the base packet, else its low 16 bits
 // It does not look into the payload.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "codec/packet/bytes.h"
 #include "codec/result.h"
 
 namespace pmcd::codec {
 
 inline constexpr std::uint8_t kFormatVersion = 0;
-inline constexpr std::size_t kPacketHeaderBytes = 48;
-
-// Part of the format: never change a value.
-enum class PacketKind : std::uint8_t {
-  base = 0,        ///< the base mesh, level 0
-  refinement = 1,  ///< what leads from one level to the next: conquest passes, isolated vertices, exactness
-};
+inline constexpr std::uint8_t kPacketMagic = 0x9B;  ///< no ASCII, and no UTF-8 text begins with it
+inline constexpr std::size_t kHeaderFlagsOffset = 1;
+inline constexpr std::size_t kHeaderChecksumOffset = 2;
+inline constexpr std::size_t kHeaderNumbersOffset = 6;  ///< level, payload bytes and counts
+/// Of a refinement packet that is not the last, all its numbers below 64.
+inline constexpr std::size_t kLeastHeaderBytes = 15;
+inline constexpr std::size_t kMostHeaderBytes = 6 + 4 * kMostVarintBytes + 8 + 8;
 
 struct PacketHeader {
-  PacketKind kind = PacketKind::base;
   bool last = false;
-  std::uint32_t level = 0;
-  std::uint32_t payload_bytes = 0;
-  std::uint32_t vertices = 0;  ///< of the finished level, isolated ones included
+  std::uint32_t level = 0;          ///< that it completes; 0: the base packet
+  std::uint32_t payload_bytes = 0;  ///< taken from the payload when written
+  std::uint32_t vertices = 0;       ///< of the finished level, isolated ones included
   std::uint32_t faces = 0;
-  std::uint64_t mesh_hash = 0;   ///< of the finished level, see hash.h
-  std::uint64_t generation = 0;  ///< content hash of the whole stream, the same in each of its packets
+  std::uint64_t mesh_hash = 0;   ///< of the finished level, see hash.h; read from a packet: as much as it holds
+  std::uint64_t generation = 0;  ///< content hash of the whole stream; read from a packet: as much as it holds
   std::uint32_t crc32c = 0;
+  std::size_t size = 0;  ///< bytes of the header; the payload starts here
+
+  [[nodiscard]] bool is_base() const { return level == 0; }
+  /// Whether a packet with this header belongs to the stream with that generation, as far as it can tell.
+  [[nodiscard]] bool is_of(std::uint64_t whole_generation) const;
+  /// Whether the finished level with that hash is the one that was encoded, as far as it can tell.
+  [[nodiscard]] bool proves(std::uint64_t whole_hash) const;
 };
 
 /// Reads a header from the first bytes of `packet` and checks its form; the payload and the checksum are not looked at.
-/// Errors: truncated, bad_magic, unsupported_version, unsupported_feature, corrupt_data.
+/// Errors: truncated, bad_magic, unsupported_version, unsupported_feature, corrupt_data (a number out of its range or
+/// longer than it needs to be; where = byte).
 Result<PacketHeader> parse_packet_header(std::span<const std::byte> packet);
 
 /// The same, and that `packet` is exactly one whole packet whose checksum is right.
 /// Errors: also truncated, trailing_bytes, checksum_mismatch.
 Result<PacketHeader> check_packet(std::span<const std::byte> packet);
 
-/// Writes the header into the first kPacketHeaderBytes of `packet`, taking payload_bytes from its length, and fills
-/// in the checksum. REQUIRES: kPacketHeaderBytes <= packet.size() < 2^32.
-void write_packet_header(std::span<std::byte> packet, const PacketHeader& header);
+/// The packet of `header` around `payload`; crc32c, payload_bytes and size of the header are not looked at.
+/// REQUIRES: payload.size() < 2^32 - kMostHeaderBytes.
+std::vector<std::byte> make_packet(const PacketHeader& header, std::span<const std::byte> payload);
+
+/// The faces of a level as a varint next to its vertices: a closed surface has about twice as many.
+void write_faces(ByteWriter& writer, std::uint32_t vertices, std::uint32_t faces);
+/// Nothing: the reader failed, or the number is none of 32 bits.
+std::optional<std::uint32_t> read_faces(ByteReader& reader, std::uint32_t vertices);
 
 }  // namespace pmcd::codec

@@ -16,9 +16,8 @@ std::string packet_fault(std::span<const std::byte> packet, const codec::LevelEn
   if (!checked) return std::string(codec::error_name(checked.error().code)) + ": " + checked.error().detail;
   const codec::PacketHeader& header = checked.value();
   if (header.level != level) return "its header says level " + std::to_string(header.level);
-  if ((header.kind == codec::PacketKind::base) != (level == 0)) return "only packet 0 is a base mesh";
   if (header.last != last) return last ? "it is not marked as the last" : "it is marked as the last";
-  if (header.generation != directory.generation) return "it belongs to another mesh";
+  if (!header.is_of(directory.generation)) return "it belongs to another mesh";
   if (packet.size() != entry.bytes) {
     return "it has " + std::to_string(packet.size()) + " bytes, the directory says " + std::to_string(entry.bytes);
   }

@@ -138,7 +138,7 @@ TEST(Fetch, WhatIsFinalIsNotTriedAgain) {
       {"damaged in one piece",
        [](auto& peer, auto id) {
          MockMesh bad = kMesh;
-         bad.packets[0][50] ^= std::byte{1};
+         bad.packets[0].back() ^= std::byte{1};
          peer.request.send(proto::MeshOpened{id, 1, kMesh.generation, kMesh.directory});
          MockServer::send_packet(peer, id, bad, 0);
        },

@@ -126,16 +126,15 @@ MockMesh mock_mesh(const std::vector<std::size_t>& payload_bytes) {
   directory.lattice.step = 0.5;
   directory.box_max = {1, 1, 1};
   for (std::size_t i = 0; i < payload_bytes.size(); ++i) {
-    proto::Bytes packet(codec::kPacketHeaderBytes + payload_bytes[i]);
-    for (std::size_t b = codec::kPacketHeaderBytes; b < packet.size(); ++b) packet[b] = static_cast<std::byte>(b + i);
+    proto::Bytes payload(payload_bytes[i]);
+    for (std::size_t b = 0; b < payload.size(); ++b) payload[b] = static_cast<std::byte>(b + i);
     codec::PacketHeader header;
-    header.kind = i == 0 ? codec::PacketKind::base : codec::PacketKind::refinement;
     header.last = i + 1 == payload_bytes.size();
     header.level = static_cast<std::uint32_t>(i);
     header.vertices = static_cast<std::uint32_t>(10 * (i + 1));
     header.faces = static_cast<std::uint32_t>(20 * (i + 1));
     header.generation = mesh.generation;
-    codec::write_packet_header(packet, header);
+    proto::Bytes packet = codec::make_packet(header, payload);
     const auto written = codec::check_packet(packet);
     if (!written) throw std::runtime_error("mock packet: " + written.error().detail);
     directory.levels.push_back(

@@ -60,6 +60,7 @@ inline std::uint64_t size_of(const std::vector<proto::Bytes>& packets) {
                          [](std::uint64_t sum, const proto::Bytes& packet) { return sum + packet.size(); });
 }
 
-inline const MockMesh kMesh = mock_mesh({10, 452, 60});
+/// Packet 1 has 500 bytes.
+inline const MockMesh kMesh = mock_mesh({10, 484, 60});
 
 }  // namespace pmcd::client::testing

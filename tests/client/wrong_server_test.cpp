@@ -162,13 +162,16 @@ const std::vector<Wrong> all_wrongs{
     {"other_packet_of_same_size",
      [](auto& peer, auto id, auto mesh) {
        open_right(peer, id, mesh);
-       mesh.packets[0][60] ^= std::byte{1};
+       proto::Bytes payload = mesh.packets[0];
+       const auto honest = codec::parse_packet_header(payload);
+       payload.erase(payload.begin(), payload.begin() + static_cast<std::ptrdiff_t>(honest->size));
+       payload[12] ^= std::byte{1};
        codec::PacketHeader header;
        header.last = true;
        header.vertices = 10;
        header.faces = 20;
        header.generation = mesh.generation;
-       codec::write_packet_header(mesh.packets[0], header);
+       mesh.packets[0] = codec::make_packet(header, payload);
        MockServer::send_packet(peer, id, mesh, 0);
      },
      Failure::damaged, "its checksum is not the directory's"},

@@ -145,8 +145,7 @@ TEST(EncoderReportTest, BitsAddUpToThePayloads) {
   for (const EncodeOptions& options : {EncodeOptions{}, with_bits(12)}) {
     const Encoded result = encoded(mesh, options);
     double payload_bits = 0;
-    for (const EncodedPacket& packet : result.packets)
-      payload_bits += 8.0 * static_cast<double>(packet.bytes.size() - kPacketHeaderBytes);
+    for (const EncodedPacket& packet : result.packets) payload_bits += 8.0 * check_packet(packet.bytes)->payload_bytes;
     const BitReport& bits = result.report.bits;
     const double sum = bits.base + bits.connectivity + bits.geometry + bits.exactness + bits.isolated;
     // The fixed base header is not in it, and each packet ends at a byte.

@@ -16,12 +16,9 @@
 
 namespace pmcd::codec::testing {
 
-/// A packet of `header` (level, kind, counts, hash, generation, last) around `payload`.
+/// A packet of `header` (level, counts, hash, generation, last) around `payload`.
 inline std::vector<std::byte> forged_packet(const PacketHeader& header, std::span<const std::byte> payload) {
-  std::vector<std::byte> packet(kPacketHeaderBytes);
-  packet.insert(packet.end(), payload.begin(), payload.end());
-  write_packet_header(packet, header);
-  return packet;
+  return make_packet(header, payload);
 }
 
 /// A payload for packet 0: a 12-bit float32 lattice over the unit cube, then what `write` codes.

@@ -113,14 +113,18 @@ TEST(HostileFile, ForgedDirectoriesAreRefusedOrSayOnlyWhatNoPacketKnows) {
   EXPECT_GT(accepted, 0u);  // errors of levels, the box
 }
 
-TEST(HostileFile, HugeNumberOfLevelsIsRefusedBeforeAllocation) {
-  for (std::uint32_t levels : {1000u, 0x01000000u, 0x7FFFFFFFu, 0xFFFFFFFFu}) {
-    Bytes forged = sample_file();
-    for (std::size_t i = 0; i < 4; ++i) forged[8 + i] = static_cast<std::byte>((levels >> (8 * i)) & 0xFF);
+TEST(HostileFile, HugeDirectoryIsRefusedBeforeAllocation) {
+  // The number of bytes takes two bytes in the sample; others of two and more in their place.
+  for (const std::vector<unsigned>& size : std::vector<std::vector<unsigned>>{
+           {0xFF, 0x7F}, {0xFF, 0xFF, 0xFF, 0x07}, {0xFF, 0xFF, 0xFF, 0xFF, 0x0F}, {0xFF, 0xFF, 0xFF, 0xFF, 0x7F}}) {
+    Bytes forged(sample_file().begin(), sample_file().begin() + 5);
+    for (const unsigned byte : size) forged.push_back(static_cast<std::byte>(byte));
+    forged.insert(forged.end(), sample_file().begin() + 7, sample_file().end());
+    forged.resize(std::min<std::size_t>(forged.size(), 16'000));
     const AllocationMeter meter;
     const Result<ParsedFile> parsed = parse_file(forged);
     ASSERT_FALSE(parsed.ok());
-    EXPECT_EQ(parsed.error().code, ErrorCode::truncated);
+    EXPECT_EQ(parsed.error().code, ErrorCode::truncated) << text(parsed.error());
     EXPECT_LT(meter.peak(), 4096u);
   }
 }

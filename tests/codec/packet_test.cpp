@@ -1,353 +1,183 @@
 // SPDX-License-Identifier: MIT
-// Fields, checksums, packet headers, the directory and the file: written as the format says, read back, refused by
-// name.
+// Packet headers: written as the format says, read back, refused by name.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
-#include <string_view>
 
-#include "codec/packet/base_header.h"
 #include "codec/packet/bytes.h"
 #include "codec/packet/crc32c.h"
-#include "codec/packet/directory.h"
-#include "codec/packet/hash.h"
 #include "codec/packet/header.h"
-#include "tests/codec/generated.h"
-#include "tests/codec/support.h"
+#include "tests/codec/expect_error.h"
 
 namespace pmcd::codec::testing {
 namespace {
 
-using Bytes = std::vector<std::byte>;
-
-std::span<const std::byte> bytes_of(std::string_view text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
-
-Bytes sample_packet(PacketKind kind = PacketKind::refinement, std::size_t payload = 5) {
+PacketHeader sample_header(std::uint32_t level = 7, bool last = true) {
   PacketHeader header;
-  header.kind = kind;
-  header.last = true;
-  header.level = kind == PacketKind::base ? 0 : 7;
+  header.last = last;
+  header.level = level;
   header.vertices = 0x01020304;
   header.faces = 0x0A0B0C0D;
   header.mesh_hash = 0x1122334455667788;
   header.generation = 0x99AABBCCDDEEFF00;
-  Bytes packet(kPacketHeaderBytes + payload, std::byte{0x5A});
-  write_packet_header(packet, header);
-  return packet;
+  return header;
 }
 
-template <typename T>
-void expect_error(const Result<T>& result, ErrorCode code, std::uint64_t where) {
-  ASSERT_FALSE(result.ok());
-  EXPECT_STREQ(error_name(result.error().code), error_name(code)) << result.error().detail;
-  EXPECT_EQ(result.error().where, where) << result.error().detail;
-}
-
-TEST(Bytes, AreLittleEndianAndEndInAnAnswer) {
-  Bytes bytes;
-  ByteWriter writer(bytes);
-  writer.write(std::uint32_t{0x04030201});
-  writer.write(std::uint64_t{0x0807060504030201});
-  writer.write_double(-0.0);
-  ASSERT_EQ(bytes.size(), 20u);
-  EXPECT_EQ(bytes[0], std::byte{1});
-  EXPECT_EQ(bytes[3], std::byte{4});
-  EXPECT_EQ(bytes[19], std::byte{0x80});
-  ByteReader reader(bytes);
-  EXPECT_EQ(reader.read<std::uint32_t>(), 0x04030201u);
-  EXPECT_EQ(reader.read<std::uint64_t>(), 0x0807060504030201u);
-  EXPECT_EQ(reader.position(), 12u);
-  EXPECT_TRUE(std::signbit(reader.read_double()));
-  EXPECT_TRUE(reader.ok());
-  EXPECT_EQ(reader.read<std::uint8_t>(), 0);
-  EXPECT_FALSE(reader.ok());
-  ByteReader few(std::span<const std::byte>(bytes).first(3));
-  EXPECT_EQ(few.read<std::uint32_t>(), 0u);
-  EXPECT_FALSE(few.ok());
-  EXPECT_EQ(few.read<std::uint8_t>(), 0) << "a failed reader stays at the end";
-}
-
-TEST(Crc32c, KnownValues) {
-  EXPECT_EQ(crc32c({}), 0u);
-  EXPECT_EQ(crc32c(bytes_of("123456789")), 0xE3069283u);
-  EXPECT_EQ(crc32c(Bytes(32, std::byte{0})), 0x8A9136AAu);  // RFC 3720, B.4
-  EXPECT_EQ(crc32c(Bytes(32, std::byte{0xFF})), 0x62A8AB43u);
-  Bytes ascending(32);
-  for (std::size_t i = 0; i < 32; ++i) ascending[i] = static_cast<std::byte>(i);
-  EXPECT_EQ(crc32c(ascending), 0x46DD794Eu);
-}
-
-TEST(Crc32c, ContinuesAnywhere) {
-  Random random(1);
-  Bytes bytes(100);
-  for (std::byte& b : bytes) b = static_cast<std::byte>(random.below(256));
-  const std::uint32_t whole = crc32c(bytes);
-  for (std::size_t cut = 0; cut <= bytes.size(); ++cut) {
-    const std::span<const std::byte> all(bytes);
-    EXPECT_EQ(crc32c(all.subspan(cut), crc32c(all.first(cut))), whole) << cut;
-  }
-}
-
-TEST(Hash, EveryBitAndTheOrderCount) {
-  std::set<std::uint64_t> values;
-  auto hash_of = [](const std::vector<std::uint64_t>& words) {
-    Hash64 hash;
-    for (std::uint64_t word : words) hash.add(word);
-    return hash.value();
-  };
-  values.insert(hash_of({}));
-  values.insert(hash_of({0}));
-  values.insert(hash_of({0, 0}));
-  values.insert(hash_of({1, 2}));
-  for (unsigned bit = 0; bit < 64; ++bit) {
-    values.insert(hash_of({std::uint64_t{1} << bit, 0}));
-    values.insert(hash_of({0, std::uint64_t{1} << bit}));
-  }
-  EXPECT_EQ(values.size(), 4u + 128u);
-  EXPECT_EQ(hash_of({1, 2}), hash_of({1, 2}));
-  EXPECT_NE(hash_of({1, 2}), hash_of({2, 1}));
+Bytes sample_packet(std::uint32_t level = 7, bool last = true) {
+  return make_packet(sample_header(level, last), Bytes(5, std::byte{0x5A}));
 }
 
 TEST(PacketHeaderTest, ComesBackAsWritten) {
   const Bytes packet = sample_packet();
   const Result<PacketHeader> header = check_packet(packet);
   ASSERT_TRUE(header.ok()) << text(header.error());
-  EXPECT_EQ(header->kind, PacketKind::refinement);
   EXPECT_TRUE(header->last);
   EXPECT_EQ(header->level, 7u);
   EXPECT_EQ(header->payload_bytes, 5u);
   EXPECT_EQ(header->vertices, 0x01020304u);
   EXPECT_EQ(header->faces, 0x0A0B0C0Du);
   EXPECT_EQ(header->mesh_hash, 0x1122334455667788u);
-  EXPECT_EQ(header->generation, 0x99AABBCCDDEEFF00u);
+  EXPECT_EQ(header->generation, 0xFF00u);
+  EXPECT_EQ(header->size + 5, packet.size());
+  EXPECT_EQ(make_packet(*header, Bytes(5, std::byte{0x5A})), packet);
+}
+
+TEST(PacketHeaderTest, HashAndGenerationAreWholeWhereTheyAreTheLastWord) {
+  constexpr std::uint64_t kHash = 0x1122334455667788;
+  constexpr std::uint64_t kGeneration = 0x99AABBCCDDEEFF00;
+  for (const bool base : {false, true}) {
+    for (const bool last : {false, true}) {
+      const Result<PacketHeader> header = check_packet(sample_packet(base ? 0 : 7, last));
+      ASSERT_TRUE(header.ok());
+      EXPECT_EQ(header->is_base(), base);
+      EXPECT_EQ(header->last, last);
+      EXPECT_EQ(header->mesh_hash, last ? kHash : kHash & 0xFFFFFF);
+      EXPECT_EQ(header->generation, base ? kGeneration : kGeneration & 0xFFFF);
+      EXPECT_TRUE(header->proves(kHash));
+      EXPECT_TRUE(header->is_of(kGeneration));
+      for (unsigned bit = 0; bit < 64; ++bit) {
+        EXPECT_EQ(header->proves(kHash ^ (std::uint64_t{1} << bit)), !last && bit >= 24) << bit;
+        EXPECT_EQ(header->is_of(kGeneration ^ (std::uint64_t{1} << bit)), !base && bit >= 16) << bit;
+      }
+      EXPECT_EQ(header->size, 6u + 1 + 1 + 4 + 5 + (last ? 8 : 3) + (base ? 8 : 2));
+    }
+  }
+}
+
+TEST(PacketHeaderTest, SizesAreWithinTheirBounds) {
+  EXPECT_EQ(make_packet(PacketHeader{.level = 1}, {}).size(), kLeastHeaderBytes);
+  PacketHeader header;
+  for (const bool last : {false, true}) {
+    for (const std::uint32_t level : {0u, 1u, 127u, 128u, 0xFFFFFFFFu}) {
+      for (const std::uint32_t vertices : {0u, 63u, 5000u, 0xFFFFFFFFu}) {
+        for (const std::uint32_t faces : {0u, 9996u, 0xFFFFFFFFu}) {
+          header.last = last;
+          header.level = level;
+          header.vertices = vertices;
+          header.faces = faces;
+          const Bytes packet = make_packet(header, {});
+          EXPECT_GE(packet.size(), kLeastHeaderBytes);
+          EXPECT_LE(packet.size(), kMostHeaderBytes);
+          const Result<PacketHeader> got = check_packet(packet);
+          ASSERT_TRUE(got.ok()) << text(got.error());
+          EXPECT_EQ(got->level, level);
+          EXPECT_EQ(got->vertices, vertices);
+          EXPECT_EQ(got->faces, faces);
+        }
+      }
+    }
+  }
 }
 
 TEST(PacketHeaderTest, StandsWhereTheFormatSays) {
   const Bytes packet = sample_packet();
-  const Bytes expected = {std::byte{'P'},  std::byte{'M'},  std::byte{'C'},  std::byte{'P'},  std::byte{kFormatVersion},
-                          std::byte{1},    std::byte{1},    std::byte{0},    std::byte{7},    std::byte{0},
-                          std::byte{0},    std::byte{0},    std::byte{5},    std::byte{0},    std::byte{0},
-                          std::byte{0},    std::byte{4},    std::byte{3},    std::byte{2},    std::byte{1},
-                          std::byte{0x0D}, std::byte{0x0C}, std::byte{0x0B}, std::byte{0x0A}, std::byte{0x88},
-                          std::byte{0x77}, std::byte{0x66}, std::byte{0x55}, std::byte{0x44}, std::byte{0x33},
-                          std::byte{0x22}, std::byte{0x11}, std::byte{0x00}, std::byte{0xFF}, std::byte{0xEE},
-                          std::byte{0xDD}, std::byte{0xCC}, std::byte{0xBB}, std::byte{0xAA}, std::byte{0x99},
-                          std::byte{0},    std::byte{0},    std::byte{0},    std::byte{0}};
-  ASSERT_EQ(expected.size(), kPacketHeaderBytes - 4);
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), packet.begin()));
+  const Bytes magic_and_flags = bytes_of({0x9B, (kFormatVersion << 4) | 1});
+  const Bytes numbers = bytes_of({7,                                               // level
+                                  5,                                               // payload bytes
+                                  0x84, 0x86, 0x88, 0x08,                          // vertices
+                                  0x8A, 0x98, 0xB8, 0x80, 0x01,                    // zigzag of faces - 2 * vertices
+                                  0x88, 0x77, 0x66, 0x55, 0x44, 0x33, 0x22, 0x11,  // hash
+                                  0x00, 0xFF,                                      // 16 bits of the generation
+                                  0x5A, 0x5A, 0x5A, 0x5A, 0x5A});
+  ASSERT_EQ(packet.size(), 6 + numbers.size());
+  EXPECT_TRUE(std::equal(magic_and_flags.begin(), magic_and_flags.end(), packet.begin()));
+  EXPECT_TRUE(std::equal(numbers.begin(), numbers.end(), packet.begin() + 6));
+  ByteReader checksum(std::span<const std::byte>(packet).subspan(2));
+  EXPECT_EQ(checksum.read<std::uint32_t>(), crc32c(numbers, crc32c(magic_and_flags)));
   EXPECT_EQ(with_right_checksum(packet), packet) << "the checksum is that of all other bytes";
 }
 
 TEST(PacketHeaderTest, EveryFieldIsRefusedByName) {
   const Bytes good = sample_packet();
+  const std::size_t header_bytes = good.size() - 5;
   auto with = [&](std::size_t at, int value) {
     Bytes packet = good;
     packet[at] = static_cast<std::byte>(value);
     return with_right_checksum(std::move(packet));
   };
-  for (std::size_t i = 0; i < 4; ++i) expect_error(check_packet(with(i, 'x')), ErrorCode::bad_magic, i);
-  expect_error(check_packet(with(4, kFormatVersion + 1)), ErrorCode::unsupported_version, kFormatVersion + 1);
-  expect_error(check_packet(with(5, 2)), ErrorCode::unsupported_feature, 5);
-  expect_error(check_packet(with(6, 2)), ErrorCode::unsupported_feature, 6);
-  expect_error(check_packet(with(7, 1)), ErrorCode::unsupported_feature, 7);
-  expect_error(check_packet(with(5, 0)), ErrorCode::corrupt_data, 8);  // a base packet of level 7
-  expect_error(check_packet(with(8, 0)), ErrorCode::corrupt_data, 8);  // a refinement of level 0
-  expect_error(check_packet(with(12, 6)), ErrorCode::truncated, good.size());
-  expect_error(check_packet(with(12, 4)), ErrorCode::trailing_bytes, kPacketHeaderBytes + 4);
-  expect_error(check_packet(with(15, 0xFF)), ErrorCode::truncated, good.size());
-  expect_error(check_packet(with(42, 1)), ErrorCode::unsupported_feature, 40);
-  for (std::size_t i = kPacketHeaderBytes - 4; i < good.size(); ++i) {
+  expect_error(check_packet(with(0, 'P')), ErrorCode::bad_magic, 0);
+  for (int version = 0; version < 16; ++version) {
+    if (version == kFormatVersion) continue;
+    expect_error(check_packet(with(1, (version << 4) | 1)), ErrorCode::unsupported_version,
+                 static_cast<std::uint64_t>(version));
+  }
+  for (const int flag : {2, 4, 8}) {
+    expect_error(check_packet(with(1, (kFormatVersion << 4) | 1 | flag)), ErrorCode::unsupported_feature, 1);
+  }
+  expect_error(check_packet(with(7, 6)), ErrorCode::truncated, good.size());
+  expect_error(check_packet(with(7, 4)), ErrorCode::trailing_bytes, header_bytes + 4);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    if (i >= 6 && i < header_bytes) continue;
+    if (i < 2) continue;
     Bytes damaged = good;
     damaged[i] ^= std::byte{0x10};
-    expect_error(check_packet(damaged), ErrorCode::checksum_mismatch, kPacketHeaderBytes - 4);
+    expect_error(check_packet(damaged), ErrorCode::checksum_mismatch, 2);
   }
+}
+
+TEST(PacketHeaderTest, NumbersHaveOneFormAndTheirRange) {
+  const Bytes head = bytes_of({0x9B, kFormatVersion << 4, 0, 0, 0, 0});
+  const Bytes tail = bytes_of({1, 2, 3, 4, 5});  // hash and generation
+  auto parsed = [&](std::initializer_list<int> numbers) {
+    Bytes packet = head;
+    const Bytes middle = bytes_of(numbers);
+    packet.insert(packet.end(), middle.begin(), middle.end());
+    packet.insert(packet.end(), tail.begin(), tail.end());
+    return parse_packet_header(packet);
+  };
+  const Result<PacketHeader> plain = parsed({1, 0, 10, 7});
+  ASSERT_TRUE(plain.ok()) << text(plain.error());
+  EXPECT_EQ(plain->faces, 16u);
+  EXPECT_EQ(plain->mesh_hash, 0x030201u);
+  EXPECT_EQ(plain->generation, 0x0504u);
+  expect_error(parsed({0x81, 0, 0, 10, 7}), ErrorCode::corrupt_data, 6);
+  expect_error(parsed({1, 0x80, 0, 10, 7}), ErrorCode::corrupt_data, 7);
+  expect_error(parsed({1, 0, 0x8A, 0, 7}), ErrorCode::corrupt_data, 8);
+  expect_error(parsed({1, 0, 10, 0x87, 0}), ErrorCode::corrupt_data, 9);
+  expect_error(parsed({0x80, 0x80, 0x80, 0x80, 0x10, 0, 10, 7}), ErrorCode::corrupt_data, 6);  // 2^32
+  expect_error(parsed({1, 0xFF, 0xFF, 0xFF, 0xFF, 0x0F, 10, 7}), ErrorCode::corrupt_data, 7);  // no room for a header
+  expect_error(parsed({1, 0, 0x80, 0x80, 0x80, 0x80, 0x10, 7}), ErrorCode::corrupt_data, 8);   // 2^32 vertices
+  expect_error(parsed({1, 0, 10, 41}), ErrorCode::corrupt_data, 9);                            // -1 faces
+  EXPECT_TRUE(parsed({1, 0, 10, 39}).ok());                                                    // none
+  expect_error(parsed({1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x20}), ErrorCode::corrupt_data, 9);   // 2^32 faces
+  EXPECT_TRUE(parsed({1, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 0x1F}).ok());
 }
 
 TEST(PacketHeaderTest, HeaderAloneSaysWhatFollows) {
-  const Bytes packet = sample_packet();
-  const Result<PacketHeader> header = parse_packet_header(std::span<const std::byte>(packet).first(kPacketHeaderBytes));
-  ASSERT_TRUE(header.ok());
-  EXPECT_EQ(header->payload_bytes, 5u);
-  for (std::size_t length = 0; length < kPacketHeaderBytes; ++length) {
-    expect_error(parse_packet_header(std::span<const std::byte>(packet).first(length)), ErrorCode::truncated, length);
-  }
-}
-
-TEST(BaseHeaderTest, BothScalarsComeBackWithTheirBits) {
-  for (Scalar scalar : {Scalar::float32, Scalar::float64}) {
-    for (bool lossless : {false, true}) {
-      Lattice lattice;
-      lattice.scalar = scalar;
-      lattice.bits = 17;
-      lattice.min = {-0.0, 1.5, static_cast<double>(1e-40f)};
-      lattice.step = 0.1;
-      Bytes payload(2, std::byte{9});  // it appends
-      append_base_header(payload, lattice, lossless);
-      const std::span<const std::byte> coded = std::span<const std::byte>(payload).subspan(2);
-      const Result<BaseHeader> header = parse_base_header(coded);
+  for (const std::uint32_t level : {0u, 7u}) {
+    for (const bool last : {false, true}) {
+      const Bytes packet = sample_packet(level, last);
+      const std::size_t header_bytes = packet.size() - 5;
+      const std::span<const std::byte> all(packet);
+      const Result<PacketHeader> header = parse_packet_header(all.first(header_bytes));
       ASSERT_TRUE(header.ok());
-      EXPECT_EQ(header->size, coded.size());
-      EXPECT_EQ(header->size, scalar == Scalar::float32 ? 22u : 34u);
-      EXPECT_EQ(header->lossless, lossless);
-      EXPECT_EQ(header->lattice.scalar, scalar);
-      EXPECT_EQ(header->lattice.bits, 17u);
-      EXPECT_EQ(header->lattice.min, lattice.min);
-      EXPECT_TRUE(std::signbit(header->lattice.min[0]));
-      EXPECT_EQ(header->lattice.step, 0.1);
-      for (std::size_t length = 0; length < coded.size(); ++length) {
-        ASSERT_FALSE(parse_base_header(coded.first(length)).ok()) << length;
+      EXPECT_EQ(header->payload_bytes, 5u);
+      EXPECT_EQ(header->size, header_bytes);
+      for (std::size_t length = 0; length < header_bytes; ++length) {
+        expect_error(parse_packet_header(all.first(length)), ErrorCode::truncated, length);
       }
-      Bytes flags = payload;
-      flags[3] |= std::byte{4};
-      expect_error(parse_base_header(std::span<const std::byte>(flags).subspan(2)), ErrorCode::unsupported_feature, 1);
-      Bytes bits = payload;
-      bits[2] = std::byte{25};
-      expect_error(parse_base_header(std::span<const std::byte>(bits).subspan(2)), ErrorCode::corrupt_data, 0);
     }
   }
-}
-
-std::vector<EncodedPacket> sample_packets(std::optional<unsigned> bits = 10) {
-  EncodeOptions options;
-  options.bits = bits;
-  Result<Encoded> encoded = encode(torus(12, 8), options);
-  EXPECT_TRUE(encoded.ok());
-  return encoded ? std::move(encoded).value().packets : std::vector<EncodedPacket>();
-}
-
-TEST(DirectoryTest, TellsWhatThePacketsAre) {
-  for (const bool lossless : {false, true}) {
-    const std::vector<EncodedPacket> packets = sample_packets(lossless ? std::nullopt : std::optional<unsigned>(10));
-    const Result<Directory> directory = make_directory(spans(packets));
-    ASSERT_TRUE(directory.ok()) << text(directory.error());
-    EXPECT_EQ(directory->format_version, kFormatVersion);
-    EXPECT_EQ(directory->lossless, lossless);
-    ASSERT_EQ(directory->levels.size(), packets.size());
-    for (std::size_t k = 0; k < packets.size(); ++k) {
-      EXPECT_EQ(directory->levels[k].bytes, packets[k].bytes.size());
-      EXPECT_EQ(directory->levels[k].vertices, packets[k].vertices);
-      EXPECT_EQ(directory->levels[k].faces, packets[k].faces);
-      EXPECT_EQ(directory->levels[k].crc32c, check_packet(packets[k].bytes)->crc32c);
-      EXPECT_EQ(directory->levels[k].error_rms, -1);
-    }
-    EXPECT_EQ(directory->generation, check_packet(packets[0].bytes)->generation);
-    EXPECT_EQ(directory->levels.back().vertices, 96u);
-    EXPECT_EQ(directory->lattice.min, (Position{-4, -4, -1}));
-    EXPECT_EQ(directory->box_min, directory->lattice.min);
-  }
-}
-
-TEST(DirectoryTest, ComesBackAsWritten) {
-  const std::vector<EncodedPacket> packets = sample_packets();
-  Result<Directory> directory = make_directory(spans(packets));
-  ASSERT_TRUE(directory.ok());
-  directory->box_min = {-1, -2, -3.5};
-  directory->box_max = {1e10, 2, 3.25};
-  for (std::size_t k = 0; k < directory->levels.size(); ++k) {
-    directory->levels[k].error_rms = 0.125 / (1 + static_cast<double>(k));
-    directory->levels[k].error_max = k == 0 ? -1 : 0.5;
-  }
-  Bytes bytes = serialize(*directory);
-  EXPECT_EQ(bytes.size(), 104 + 32 * directory->levels.size());
-  bytes.insert(bytes.end(), 17, std::byte{0xEE});  // what follows is not its business
-  const Result<ParsedDirectory> parsed = parse_directory(bytes);
-  ASSERT_TRUE(parsed.ok()) << text(parsed.error());
-  EXPECT_EQ(parsed->size, bytes.size() - 17);
-  const Directory& got = parsed->directory;
-  EXPECT_EQ(got.format_version, directory->format_version);
-  EXPECT_EQ(got.lossless, directory->lossless);
-  EXPECT_EQ(got.generation, directory->generation);
-  EXPECT_EQ(got.lattice.bits, 10u);
-  EXPECT_EQ(got.lattice.min, directory->lattice.min);
-  EXPECT_EQ(got.lattice.step, directory->lattice.step);
-  EXPECT_EQ(got.box_min, directory->box_min);
-  EXPECT_EQ(got.box_max, directory->box_max);
-  ASSERT_EQ(got.levels.size(), directory->levels.size());
-  for (std::size_t k = 0; k < got.levels.size(); ++k) {
-    EXPECT_EQ(got.levels[k].bytes, directory->levels[k].bytes);
-    EXPECT_EQ(got.levels[k].crc32c, directory->levels[k].crc32c);
-    EXPECT_EQ(got.levels[k].error_rms, directory->levels[k].error_rms);
-    EXPECT_EQ(got.levels[k].error_max, directory->levels[k].error_max);
-  }
-  EXPECT_EQ(serialize(got), Bytes(bytes.begin(), bytes.end() - 17));
-}
-
-TEST(DirectoryTest, NoneForPacketsThatDoNotBelongTogether) {
-  const std::vector<EncodedPacket> packets = sample_packets();
-  const std::vector<EncodedPacket> other = sample_packets(11);
-  ASSERT_GE(packets.size(), 3u);
-  expect_error(make_directory({}), ErrorCode::truncated, 0);
-  auto swapped = spans(packets);
-  std::swap(swapped[1], swapped[2]);
-  expect_error(make_directory(swapped), ErrorCode::out_of_order, 2);
-  auto mixed = spans(packets);
-  mixed[1] = other[1].bytes;
-  expect_error(make_directory(mixed), ErrorCode::wrong_mesh, 1);
-  auto without_last = spans(packets);
-  without_last.pop_back();
-  expect_error(make_directory(without_last), ErrorCode::corrupt_data, packets.size() - 2);
-  auto without_base = spans(packets);
-  without_base.erase(without_base.begin());
-  expect_error(make_directory(without_base), ErrorCode::out_of_order, 1);
-  auto twice = spans(packets);
-  twice.push_back(twice.back());
-  EXPECT_FALSE(make_directory(twice).ok());
-}
-
-TEST(DirectoryTest, ContentThatMakesNoSenseIsRefusedBehindARightChecksum) {
-  const Result<Directory> good = make_directory(spans(sample_packets()));
-  ASSERT_TRUE(good.ok());
-  auto parsed = [&](auto change) {
-    Directory directory = *good;
-    change(directory);
-    return parse_directory(serialize(directory));
-  };
-  const double nan = std::nan("");
-  EXPECT_TRUE(parsed([](Directory&) {}).ok());
-  expect_error(parsed([](Directory& d) { d.format_version = 200; }), ErrorCode::unsupported_version, 200);
-  expect_error(parsed([](Directory& d) { d.lattice.bits = 99; }), ErrorCode::corrupt_data, 6);
-  expect_error(parsed([&](Directory& d) { d.lattice.step = nan; }), ErrorCode::corrupt_data, 6);
-  expect_error(parsed([&](Directory& d) { d.box_max[1] = nan; }), ErrorCode::corrupt_data, 52);
-  expect_error(parsed([](Directory& d) { d.levels.clear(); }), ErrorCode::corrupt_data, 8);
-  expect_error(parsed([](Directory& d) { d.levels[1].bytes = 47; }), ErrorCode::corrupt_data, 100 + 32);
-  expect_error(parsed([&](Directory& d) { d.levels[2].error_rms = nan; }), ErrorCode::corrupt_data, 100 + 64);
-  expect_error(parsed([](Directory& d) { d.levels[0].error_max = -2; }), ErrorCode::corrupt_data, 100);
-}
-
-TEST(FileTest, WholeFileIsItsDirectoryAndItsPackets) {
-  const std::vector<EncodedPacket> packets = sample_packets();
-  const Bytes file = to_file(packets);
-  const Result<ParsedFile> parsed = parse_file(file);
-  ASSERT_TRUE(parsed.ok()) << text(parsed.error());
-  ASSERT_EQ(parsed->packets.size(), packets.size());
-  for (std::size_t k = 0; k < packets.size(); ++k) {
-    EXPECT_TRUE(std::equal(packets[k].bytes.begin(), packets[k].bytes.end(), parsed->packets[k].begin(),
-                           parsed->packets[k].end()));
-  }
-}
-
-TEST(FileTest, DirectoryAndPacketsMustAgree) {
-  const std::vector<EncodedPacket> packets = sample_packets();
-  const Result<Directory> good = make_directory(spans(packets));
-  ASSERT_TRUE(good.ok());
-  auto parsed = [&](auto change) {
-    Directory directory = *good;
-    change(directory);
-    Bytes file = serialize(directory);
-    for (const EncodedPacket& packet : packets) file.insert(file.end(), packet.bytes.begin(), packet.bytes.end());
-    return parse_file(file);
-  };
-  EXPECT_TRUE(parsed([](Directory&) {}).ok());
-  expect_error(parsed([](Directory& d) { d.levels[1].vertices += 1; }), ErrorCode::corrupt_data, 1);
-  expect_error(parsed([](Directory& d) { d.levels[2].faces += 1; }), ErrorCode::corrupt_data, 2);
-  expect_error(parsed([](Directory& d) { d.levels[0].crc32c ^= 1; }), ErrorCode::corrupt_data, 0);
-  expect_error(parsed([](Directory& d) { d.generation ^= 1; }), ErrorCode::wrong_mesh, 0);
-  EXPECT_FALSE(parsed([](Directory& d) { d.levels[0].bytes += 1; }).ok());
-  EXPECT_FALSE(parsed([](Directory& d) { d.levels[0].bytes = 0xFFFFFFFFu; }).ok());
-  EXPECT_FALSE(parsed([](Directory& d) { d.levels.pop_back(); }).ok());
 }
 
 }  // namespace

@@ -199,9 +199,10 @@ std::vector<std::byte> to_file(const std::vector<EncodedPacket>& packets) {
 
 std::vector<std::byte> with_right_checksum(std::vector<std::byte> packet) {
   const std::span<const std::byte> bytes(packet);
-  const std::uint32_t sum = crc32c(bytes.subspan(kPacketHeaderBytes), crc32c(bytes.first(kPacketHeaderBytes - 4)));
-  for (std::size_t i = 0; i < 4; ++i)
-    packet[kPacketHeaderBytes - 4 + i] = static_cast<std::byte>((sum >> (8 * i)) & 0xFF);
+  const std::uint32_t sum = crc32c(bytes.subspan(kHeaderNumbersOffset), crc32c(bytes.first(kHeaderChecksumOffset)));
+  for (std::size_t i = 0; i < 4; ++i) {
+    packet[kHeaderChecksumOffset + i] = static_cast<std::byte>((sum >> (8 * i)) & 0xFF);
+  }
   return packet;
 }
 

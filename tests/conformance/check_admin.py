@@ -4,6 +4,7 @@
 The checks of what is stored work on a server of their own, so that nobody's meshes are touched.
 """
 
+import dataclasses
 import json
 import re
 import struct
@@ -232,11 +233,8 @@ def storage_that_refuses(context):
 @checks("A-2", "E-1")
 def a_mesh_that_is_too_large(context):
     file = _small()
-    raw = bytearray(file.directory.raw[:-4])
-    struct.pack_into("<I", raw, 100, 0xFFFFFFFF)  # the base packet's bytes
-    struct.pack_into("<I", raw, 132, 0xFFFFFFFF)
-    struct.pack_into("<I", raw, 164, 0xFFFFFFFF)
-    raw += struct.pack("<I", packets.crc32c(bytes(raw)))
+    levels = [dataclasses.replace(level, bytes=0xFFFFFFFF) for level in file.directory.levels]
+    raw = packets.write_directory(file.directory.flags, file.directory.bits, file.generation, levels)
     with context.operator.server({}) as server, _admin(context, server) as admin:
-        expect("ingest_begin", "too_large", admin.begin("m", file, directory=bytes(raw))[1])
+        expect("ingest_begin", "too_large", admin.begin("m", file, directory=raw)[1])
         expect("ingest afterwards", None, admin.ingest("m", file))

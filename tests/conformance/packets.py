@@ -11,9 +11,12 @@ import pathlib
 import random
 import struct
 
-_HEAD = 100
-_LEVEL = struct.Struct("<IIIIdd")
-_PACKET_HEAD = 48
+_MAGIC = 0x9B
+_NUMBERS = 6  # of a packet's header: level, payload bytes, vertices, faces
+_LOSSLESS, _FLOAT64, _WIDE_ORIGIN = 1, 2, 4
+_WIDE_BOX, _MEASURED = 0x40, 0x80
+_NOT_MEASURED = 0xFFFF
+_MOST_VARINT = 5
 
 
 class BadFile(Exception):
@@ -70,6 +73,47 @@ def sha256(data):
     return hashlib.sha256(data).hexdigest()
 
 
+def varint(value):
+    out = bytearray()
+    while value >= 0x80:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes(out) + bytes([value])
+
+
+def zigzag(value):
+    return 2 * value if value >= 0 else -2 * value - 1
+
+
+class _Reader:
+    """Fields one after the other; BadFile where they end too early or a varint is not the shortest."""
+
+    def __init__(self, data, at, end):
+        self.data, self.at, self.end = data, at, end
+
+    def take(self, form):
+        size = struct.calcsize(form)
+        if self.at + size > self.end:
+            raise BadFile(f"ends at {self.end}, {size} bytes are wanted at {self.at}")
+        self.at += size
+        return struct.unpack_from(form, self.data, self.at - size)
+
+    def varint(self):
+        value = 0
+        for place in range(_MOST_VARINT):
+            byte, = self.take("<B")
+            value |= (byte & 0x7F) << 7 * place
+            if byte < 0x80:
+                if byte == 0 and place:
+                    break
+                return value
+        raise BadFile(f"a varint with too many bytes before {self.at}")
+
+    def signed(self):
+        value = self.varint()
+        return value >> 1 if value % 2 == 0 else -(value + 1 >> 1)
+
+
 @dataclasses.dataclass
 class Level:
     bytes: int
@@ -82,7 +126,7 @@ class Level:
 
 @dataclasses.dataclass
 class Directory:
-    """A level directory, decoded; `raw` is its bytes."""
+    """A level directory, decoded; `raw` is its bytes, `flags` says lossless (1) and float64 (2)."""
     raw: bytes
     flags: int
     bits: int
@@ -95,29 +139,89 @@ class Directory:
         return sum(level.bytes for level in self.levels)
 
 
+def _float32(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+def _read_lattice(reader):
+    """(bits, flags, the box that the lattice spans)."""
+    bits, flags = reader.take("<BB")
+    if not 4 <= bits <= 24 or flags >= 0x20:
+        raise BadFile(f"a base header of {bits} bits, flags {flags:02x}")
+    origin = reader.take("<3d" if flags & _WIDE_ORIGIN else "<3f")
+    axis, most = flags >> 3, 2**bits - 1
+    if axis:
+        step = (reader.take("<f")[0] - origin[axis - 1]) / most
+    else:
+        step, = reader.take("<d")
+    top = [low + most * step for low in origin]
+    return bits, flags & (_LOSSLESS | _FLOAT64), [*origin, *(top if flags & _FLOAT64 else map(_float32, top))]
+
+
+def _error(code):
+    if code in (0, _NOT_MEASURED):
+        return -1.0 if code else 0.0
+    return (1 + code % 1024 / 1024) * 2.0 ** (code // 1024 - 50)
+
+
+def _read_levels(reader, measured):
+    vertices = 0
+    while reader.at < reader.end:
+        size, vertices = reader.varint(), vertices + reader.signed()
+        faces, (crc,) = 2 * vertices + reader.signed(), reader.take("<I")
+        errors = map(_error, reader.take("<HH") if measured else (_NOT_MEASURED, _NOT_MEASURED))
+        yield Level(size, vertices, faces, crc, *errors)
+
+
 def read_directory(data):
     """The directory at the beginning of `data`, checked against its own checksum."""
-    if len(data) < _HEAD or data[:4] != b"PMCD" or data[4] != 0 or data[7] != 0:
+    if data[:4] != b"PMCD" or data[4:5] != b"\0":
         raise BadFile(f"no level directory: {data[:16].hex(' ')}")
-    count = struct.unpack_from("<I", data, 8)[0]
-    size = _HEAD + _LEVEL.size * count + 4
-    if count < 1 or len(data) < size:
-        raise BadFile(f"a directory of {count} levels in {len(data)} bytes")
+    reader = _Reader(data, 5, len(data))
+    rest = reader.varint()
+    size = reader.at + rest
+    if rest < 4 or len(data) < size:
+        raise BadFile(f"a directory of {size} bytes in {len(data)} bytes")
     if crc32c(data[:size - 4]) != struct.unpack_from("<I", data, size - 4)[0]:
         raise BadFile("the directory's checksum is wrong")
-    levels = [Level(*_LEVEL.unpack_from(data, _HEAD + _LEVEL.size * k)) for k in range(count)]
-    return Directory(data[:size], data[5], data[6], struct.unpack_from("<Q", data, 12)[0],
-                     struct.unpack_from("<6d", data, 52), levels)
+    reader.end = size - 4
+    parts, = reader.take("<B")
+    bits, flags, box = _read_lattice(reader)
+    generation, = reader.take("<Q")
+    for place in range(6):
+        if parts >> place & 1:
+            box[place], = reader.take("<d" if parts & _WIDE_BOX else "<f")
+    levels = list(_read_levels(reader, parts & _MEASURED))
+    if not levels:
+        raise BadFile("a directory without a level")
+    return Directory(data[:size], flags, bits, generation, tuple(box), levels)
+
+
+def write_directory(flags, bits, generation, levels):
+    """A directory over the unit cube whose levels have no errors."""
+    content = (struct.pack("<BBB3ffQ", 0, bits, flags | 1 << 3, 0, 0, 0, 1, generation)
+               + b"".join(varint(level.bytes) + varint(zigzag(level.vertices - before.vertices))
+                          + varint(zigzag(level.faces - 2 * level.vertices)) + struct.pack("<I", level.crc)
+                          for before, level in zip([Level(0, 0, 0, 0, -1.0, -1.0), *levels], levels)))
+    raw = b"PMCD\0" + varint(len(content) + 4) + content
+    return raw + struct.pack("<I", crc32c(raw))
+
+
+def packet_head(number, last, payload, vertices, faces, mesh_hash, generation):
+    """(two bytes, the rest of the header): what stands before the checksum and behind it."""
+    return (bytes([_MAGIC, int(last)]),
+            varint(number) + varint(payload) + varint(vertices) + varint(zigzag(faces - 2 * vertices))
+            + struct.pack("<Q", mesh_hash)[:8 if last else 3] + struct.pack("<Q", generation)[:8 if number == 0 else 2])
 
 
 def check_packet(data, level, number):
     """Raises BadFile unless `data` is packet `number` as `level` announced it: length, head, checksum."""
     if len(data) != level.bytes:
         raise BadFile(f"packet {number} has {len(data)} bytes, the directory says {level.bytes}")
-    if data[:4] != b"PMCP" or struct.unpack_from("<I", data, 8)[0] != number:
+    if data[:1] != bytes([_MAGIC]) or data[1] > 1 or _Reader(data, _NUMBERS, len(data)).varint() != number:
         raise BadFile(f"no packet {number}: {data[:12].hex(' ')}")
-    announced = struct.unpack_from("<I", data, 44)[0]
-    computed = crc32c(data[48:], crc32c(data[:44]))
+    announced, = struct.unpack_from("<I", data, 2)
+    computed = crc32c(data[_NUMBERS:], crc32c(data[:2]))
     if not announced == computed == level.crc:
         raise BadFile(f"packet {number}: checksum {computed:08x}, in the packet {announced:08x}, in the directory "
                       f"{level.crc:08x}")
@@ -165,19 +269,22 @@ def _payload(source, size):
 
 
 def make(sizes, seed):
-    """A PacketFile whose packets have these lengths (49 bytes at least) and random payloads; the same for the same seed."""
+    """A PacketFile whose packets have these lengths (27 bytes at least; a few are one byte shorter) and random payloads;
+    the same for the same seed."""
     source = random.Random(seed)
     generation = source.getrandbits(64)
     packets, levels = [], []
     for k, size in enumerate(sizes):
-        vertices, faces = 4 << k, 4 << k
-        payload, payload_crc = _payload(source, size - _PACKET_HEAD)
-        head = b"PMCP" + struct.pack("<BBBBIIIIQQI", 0, 0 if k == 0 else 1, 1 if k == len(sizes) - 1 else 0, 0, k,
-                                     len(payload), vertices, faces, source.getrandbits(64), generation, 0)
-        crc = crc32c_joined(crc32c(head), payload_crc, len(payload))
-        packets.append(head + struct.pack("<I", crc) + payload)
-        levels.append(_LEVEL.pack(len(packets[-1]), vertices, faces, crc, -1.0, -1.0))
-    raw = (b"PMCD" + struct.pack("<BBBBIQ", 0, 0, 10, 0, len(sizes), generation)
-           + struct.pack("<10d", 0, 0, 0, 0.001, 0, 0, 0, 1, 1, 1) + b"".join(levels))
-    raw += struct.pack("<I", crc32c(raw))
+        vertices, faces, mesh_hash = 4 << k, 4 << k, source.getrandbits(64)
+        def head(payload_bytes):
+            return packet_head(k, k == len(sizes) - 1, payload_bytes, vertices, faces, mesh_hash, generation)
+
+        # The number of payload bytes is part of the header; where it grows by a byte, a size is left out.
+        payload_bytes = next(n for n in range(size, -1, -1) if n + 4 + sum(map(len, head(n))) <= size)
+        start, rest = head(payload_bytes)
+        payload, payload_crc = _payload(source, payload_bytes)
+        crc = crc32c_joined(crc32c(rest, crc32c(start)), payload_crc, len(payload))
+        packets.append(start + struct.pack("<I", crc) + rest + payload)
+        levels.append(Level(len(packets[-1]), vertices, faces, crc, -1.0, -1.0))
+    raw = write_directory(0, 10, generation, levels)
     return PacketFile(raw + b"".join(packets))

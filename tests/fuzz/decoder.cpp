@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The decoder. First byte: which generated mesh (or none), second: how many of its packets are applied; the rest is the
-// next packet, whose magic, version, size and checksum are made right, so that what a fuzzer changes reaches the
+// next packet, whose magic, version, level, size and checksum are made right, so that what a fuzzer changes reaches the
 // inside. Refused, it must leave the level as it was and let the right packet in; taken, it must be what it announces.
 #include "codec/decoder.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
-#include "codec/packet/crc32c.h"
 #include "codec/packet/header.h"
 #include "tests/fuzz/check.h"
 #include "tests/fuzz/sample_meshes.h"
@@ -27,26 +25,20 @@ DecoderLimits small_limits() {
   return limits;
 }
 
-void put_u32(std::vector<std::byte>& bytes, std::size_t at, std::uint32_t value) {
-  for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>((value >> (8 * i)) & 0xff);
-}
-
 /// The bytes as a packet that is refused for nothing in its header but for its counts and hashes.
 std::vector<std::byte> as_packet(Input bytes, std::uint32_t level) {
   std::vector<std::byte> packet(bytes.begin(), bytes.end());
-  packet.resize(std::max(packet.size(), codec::kPacketHeaderBytes));
-  static constexpr std::array kMagic{std::byte{'P'}, std::byte{'M'}, std::byte{'C'}, std::byte{'P'}};
-  std::copy(kMagic.begin(), kMagic.end(), packet.begin());
-  packet[4] = std::byte{codec::kFormatVersion};
-  packet[5] = std::byte{static_cast<std::uint8_t>(level == 0 ? 0 : 1)};
-  packet[6] &= std::byte{1};
-  packet[7] = std::byte{0};
-  put_u32(packet, 8, level);
-  put_u32(packet, 12, static_cast<std::uint32_t>(packet.size() - codec::kPacketHeaderBytes));
-  put_u32(packet, 40, 0);
-  const Input all(packet);
-  put_u32(packet, 44, codec::crc32c(all.subspan(codec::kPacketHeaderBytes), codec::crc32c(all.first(44))));
-  return packet;
+  packet.resize(std::max(packet.size(), codec::kLeastHeaderBytes));
+  packet[0] = std::byte{codec::kPacketMagic};
+  packet[1] &= std::byte{1};
+  const auto read = codec::parse_packet_header(packet);
+  codec::PacketHeader header = read ? *read : codec::PacketHeader{};
+  if (!read) {
+    header.last = packet[1] != std::byte{0};
+    header.size = codec::kLeastHeaderBytes;
+  }
+  header.level = level;
+  return codec::make_packet(header, Input(packet).subspan(header.size));
 }
 
 void check_level(const codec::Decoder& decoder, const codec::PacketHeader& header, const codec::Level& level) {

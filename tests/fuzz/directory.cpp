@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Level directories and whole .pmcd files. The checksum of the directory, which ends where its number of levels says,
+// Level directories and whole .pmcd files. The checksum of the directory, which ends where its number of bytes says,
 // is made right unless the first byte is odd. What is taken must come back from serialize, bit for bit.
 #include "codec/packet/directory.h"
 
@@ -16,15 +16,15 @@
 namespace pmcd::fuzz {
 namespace {
 
-constexpr std::size_t kFixedBytes = 100;
-constexpr std::size_t kEntryBytes = 32;
-
-/// The size that the directory at the start of `file` claims; 0 if the file is shorter.
+/// The size that the directory at the start of `file` claims; 0 if the file is shorter or it has no room for a
+/// checksum.
 std::size_t claimed_size(Input file) {
-  if (file.size() < kFixedBytes) return 0;
-  codec::ByteReader reader(file.subspan(8));
-  const std::size_t size = kFixedBytes + std::size_t{reader.read<std::uint32_t>()} * kEntryBytes + 4;
-  return size <= file.size() ? size : 0;
+  constexpr std::size_t kSizeOffset = 5;
+  if (file.size() < kSizeOffset) return 0;
+  codec::ByteReader reader(file);
+  reader.skip(kSizeOffset);
+  const std::uint64_t rest = reader.read_varint();
+  return reader.ok() && rest >= 4 && rest <= file.size() - reader.position() ? reader.position() + rest : 0;
 }
 
 void make_checksum_right(std::vector<std::byte>& file) {

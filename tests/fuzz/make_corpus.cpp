@@ -161,7 +161,8 @@ void codec_seeds(Corpus& corpus) {
     for (const Input packet : spans) file = file + packet;
     corpus.add("directory", "file_" + std::to_string(mesh), bytes({static_cast<int>(mesh % 2)}) + file);
   }
-  corpus.add("decoder", "header_only", bytes({0, 0}) + Input(samples[0][0]).first(codec::kPacketHeaderBytes));
+  corpus.add("decoder", "header_only",
+             bytes({0, 0}) + Input(samples[0][0]).first(codec::parse_packet_header(samples[0][0])->size));
 
   const codec::TriangleMesh mesh = codec::testing::torus(4, 3);
   const std::array<std::string, 4> extensions{"ply", "obj", "off", "stl"};

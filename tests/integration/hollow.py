@@ -7,7 +7,6 @@ docs/FORMAT.md has the form.
 
 import struct
 
-_HEADER_BYTES = 48
 _POLYNOMIAL = 0x82F63B78
 _ALL = 0xFFFFFFFF
 
@@ -45,24 +44,33 @@ def _feed_zeros(register, count):
     return register
 
 
+def _varint(value):
+    out = bytearray()
+    while value >= 0x80:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*out, value])
+
+
 def _header(level, last, payload_bytes, generation):
-    """A packet's header and its checksum, which is in it."""
-    body = b"PMCP" + struct.pack("<BBBBIIIIQQI", 0, 0 if level == 0 else 1, int(last), 0, level, payload_bytes,
-                                 10 * (level + 1), 20 * (level + 1), 7, generation, 0)
-    checksum = _feed_zeros(_feed(_ALL, body), payload_bytes) ^ _ALL
-    return body + struct.pack("<I", checksum), checksum
+    """A packet's header and its checksum, which is in it. The packet has 10 vertices a level and twice as many faces."""
+    start = bytes([0x9B, int(last)])
+    rest = _varint(level) + _varint(payload_bytes) + _varint(10 * (level + 1)) + b"\0"
+    rest += struct.pack("<Q", 7)[:8 if last else 3] + struct.pack("<Q", generation)[:8 if level == 0 else 2]
+    checksum = _feed_zeros(_feed(_ALL, start + rest), payload_bytes) ^ _ALL
+    return start + struct.pack("<I", checksum) + rest, checksum
 
 
 def write(path, payloads, generation=1):
     """A .pmcd file with one packet for each of `payloads`, which are numbers of bytes."""
-    directory = b"PMCD" + struct.pack("<BBBBIQ", 0, 0, 14, 0, len(payloads), generation)
-    directory += struct.pack("<10d", 0, 0, 0, 1, 0, 0, 0, 1, 1, 1)
+    # The box is the lattice's, from 0 to 1; nothing was measured.
+    content = struct.pack("<BBB3ffQ", 0, 14, 1 << 3, 0, 0, 0, 1, generation)
     headers = []
     for level, payload_bytes in enumerate(payloads):
         header, checksum = _header(level, level + 1 == len(payloads), payload_bytes, generation)
         headers.append(header)
-        directory += struct.pack("<4I2d", _HEADER_BYTES + payload_bytes, 10 * (level + 1), 20 * (level + 1), checksum,
-                                 -1, -1)
+        content += _varint(len(header) + payload_bytes) + _varint(20) + b"\0" + struct.pack("<I", checksum)
+    directory = b"PMCD\0" + _varint(len(content) + 4) + content
     directory += struct.pack("<I", _feed(_ALL, directory) ^ _ALL)
     with open(path, "wb") as file:
         file.write(directory)

@@ -28,10 +28,9 @@ struct FakeMesh {
 
 inline std::vector<std::byte> fake_packet(const codec::PacketHeader& header, std::size_t payload_bytes,
                                           std::mt19937_64& random) {
-  std::vector<std::byte> packet(codec::kPacketHeaderBytes + payload_bytes);
-  for (std::byte& b : std::span(packet).subspan(codec::kPacketHeaderBytes)) b = static_cast<std::byte>(random() & 0xff);
-  codec::write_packet_header(packet, header);
-  return packet;
+  std::vector<std::byte> payload(payload_bytes);
+  for (std::byte& b : payload) b = static_cast<std::byte>(random() & 0xff);
+  return codec::make_packet(header, payload);
 }
 
 /// A mesh with one packet for each payload size; the same seed gives the same bytes.
@@ -49,7 +48,6 @@ inline FakeMesh fake_mesh(std::uint64_t seed, const std::vector<std::size_t>& pa
   mesh.directory.box_max = {2.5, 1.75, 4.125};
   for (std::size_t level = 0; level < payload_bytes.size(); ++level) {
     codec::PacketHeader header;
-    header.kind = level == 0 ? codec::PacketKind::base : codec::PacketKind::refinement;
     header.last = level + 1 == payload_bytes.size();
     header.level = static_cast<std::uint32_t>(level);
     header.vertices = static_cast<std::uint32_t>(10 * (level + 1));
@@ -63,8 +61,9 @@ inline FakeMesh fake_mesh(std::uint64_t seed, const std::vector<std::size_t>& pa
     entry.faces = header.faces;
     entry.crc32c = codec::parse_packet_header(mesh.packets.back()).value().crc32c;
     if (level % 2 == 0) {
-      entry.error_rms = 0.5 / static_cast<double>(level + 1);
-      entry.error_max = 0.75 / static_cast<double>(level + 1);
+      // Values that come back from a serialised directory as they are.
+      entry.error_rms = 0.5 / static_cast<double>(std::uint64_t{1} << (level % 32));
+      entry.error_max = 0.75 / static_cast<double>(std::uint64_t{1} << (level % 32));
     }
     mesh.directory.levels.push_back(entry);
   }
