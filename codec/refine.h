@@ -193,14 +193,14 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source)
     const std::uint32_t first = state.mesh.vertex_count();
     Status status = code_connectivity(state, marks, static_cast<PassKind>(kind), bounds, source);
     if (!status) return status;
-    if (pass + 1 < passes) place_all(state, first);
+    if (guessing == Guessing::often && pass + 1 < passes) place_all(state, first);
     pass_end.push_back(state.mesh.vertex_count());
   }
   source.told_part(PacketPart::connectivity);
 
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
-    if (pass == 0 || guessing == Guessing::before_each_pass) place_all(state, first);
+    if (pass == 0 || guessing == Guessing::often) place_all(state, first);
     Status status = code_positions(state, first, pass_end[pass], pass_end.size() - 1 - pass, source);
     if (!status) return status;
     first = pass_end[pass];

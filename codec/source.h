@@ -32,8 +32,9 @@ struct BaseStep {
   std::uint32_t vertex = 0;  ///< decoder's number, for known_vertex
 };
 
-/// How often the positions that are still to come in a packet are guessed again: at first, or before each pass too.
-enum class Guessing : std::uint8_t { once = 0, before_each_pass = 1 };
+/// When the positions that are still to come in a packet are guessed: once before the first of them, or after the
+/// connectivity and before the positions of each pass (0.1 bits a vertex less, a third more time).
+enum class Guessing : std::uint8_t { once = 0, often = 1 };
 
 /// What a stretch of a packet is about, for the encoder's account of bits.
 enum class PacketPart : std::uint8_t { base, connectivity, geometry, precision, isolated, exactness };

@@ -24,22 +24,21 @@ std::size_t group_of(const Ring& ring) {
   return ring.size < 8 ? ring.size - (ring.size < 3 ? ring.size : 3) : 5;
 }
 
-// By axis the median over the ring edges of the parallelogram's fourth corner: one crease does not bend it.
-Vec median_parallelogram(std::span<const LatticePoint> points, const Ring& ring) {
+// By axis the median of the corners: one crease does not bend it. Counting who is smaller needs no branches.
+Vec median(std::span<const LatticePoint> corners) {
   Vec median{};
+  const std::size_t count = corners.size();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<std::int32_t, Ring::kMost> sorted;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < ring.size; ++i) {
-      if (ring.apex[i] == kNone) continue;
-      const std::int32_t value =
-          points[ring.vertex[i]][axis] + points[ring.vertex[ring.after(i)]][axis] - points[ring.apex[i]][axis];
-      std::size_t at = count++;
-      for (; at > 0 && sorted[at - 1] > value; --at) sorted[at] = sorted[at - 1];
-      sorted[at] = value;
+    std::int64_t twice = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int32_t value = corners[i][axis];
+      std::size_t smaller = 0;
+      std::size_t same_before = 0;
+      for (std::size_t j = 0; j < count; ++j) smaller += corners[j][axis] < value ? 1u : 0u;
+      for (std::size_t j = 0; j < i; ++j) same_before += corners[j][axis] == value ? 1u : 0u;
+      const std::size_t rank = smaller + same_before;
+      twice += (rank == count / 2 ? std::int64_t{value} : 0) + (rank == (count - 1) / 2 ? std::int64_t{value} : 0);
     }
-    if (count == 0) return {};
-    const std::int64_t twice = std::int64_t{sorted[count / 2]} + sorted[(count - 1) / 2];
     median[axis] = 0.5 * static_cast<double>(twice);
   }
   return median;
@@ -75,7 +74,6 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   SpreadModel::Signs signs;
   Vec polygon{};
   Vec parallelograms{};
-  double parallelogram_count = 0;
   Vec bilaplacian{};
   Vec normals{};
   Vec near_mean{};
@@ -84,14 +82,20 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   double perimeter = 0;
   std::array<Vec, Ring::kMost> spoke;
   std::array<double, Ring::kMost> edge;
+  std::array<LatticePoint, Ring::kMost> corner;  // fourth corners of the parallelograms over the ring edges
+  std::size_t corners = 0;
   for (std::size_t i = 0; i < size; ++i) spoke[i] = at[i] - e.mean;
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t next = ring.after(i);
     polygon = polygon + cross(spoke[i], spoke[next]);
     edge[i] = length(at[next] - at[i]);
     if (ring.apex[i] == kNone) continue;
-    parallelograms = parallelograms + (spoke[i] + at[next] - to_vec(points[ring.apex[i]]));
-    parallelogram_count += 1;
+    const LatticePoint& a = points[ring.vertex[i]];
+    const LatticePoint& b = points[ring.vertex[next]];
+    const LatticePoint& apex = points[ring.apex[i]];
+    for (std::size_t axis = 0; axis < 3; ++axis) corner[corners][axis] = a[axis] + b[axis] - apex[axis];
+    parallelograms = parallelograms + (to_vec(corner[corners]) - e.mean);
+    ++corners;
   }
   for (std::size_t i = 0; i < size; ++i) {
     const double distance = length(spoke[i]);
@@ -120,16 +124,16 @@ Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticeP
   e.feature[1] = normals * share;
   if (ring.border) {
     // An ear has no other neighbours; the parallelogram over its only face says where it points.
-    e.feature[2] = size > 2 || parallelogram_count == 0 ? ring_mean - e.mean : parallelograms;
+    e.feature[2] = size > 2 || corners == 0 ? ring_mean - e.mean : parallelograms;
   } else {
-    if (parallelogram_count > 0) {
-      e.feature[2] = parallelograms * (1.0 / parallelogram_count);
-      e.feature[3] = median_parallelogram(points, ring) - e.mean;
+    if (corners > 0) {
+      e.feature[2] = parallelograms * (1.0 / static_cast<double>(corners));
+      e.feature[3] = median({corner.data(), corners}) - e.mean;
     }
     // Between the two opposite neighbours that are nearest to each other.
     double least = 0;
     for (std::size_t i = 0; i < size; ++i) {
-      const std::size_t opposite = (i + size / 2) % size;
+      const std::size_t opposite = i + size / 2 < size ? i + size / 2 : i + size / 2 - size;
       const Vec across = at[i] - at[opposite];
       const double square = dot(across, across);
       if (i > 0 && square >= least) continue;
