@@ -98,7 +98,7 @@ Status write_packet(Writing& w, std::span<const PassRecord> passes, bool with_is
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
   PlanWriter writer(w.plan, passes, with_isolated, with_exactness, bytes);
   Status status =
-      is_base ? code_base_mesh(w.state, writer, bounds.vertices, bounds.faces) : code_passes(w.state, bounds, writer);
+      is_base ? code_base_mesh(w.state, writer, bounds.vertices, bounds.faces, 0) : code_passes(w.state, bounds, writer);
   if (status) status = code_isolated(w.state, bounds.vertices, writer);
   if (status) status = code_exactness(w.state, writer);
   if (!status) return Error{ErrorCode::internal_error, w.packets.size(), "writing a packet: " + status.error().detail};

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// Every value here steers decoding: fixed order of operations, + - * / and sqrt only, every quotient guarded.
+#include "codec/base/outlook.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pmcd::codec {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kSmallest = 1e-9;
+constexpr double kDecay = 0.995;
+constexpr double kRidge = 4;
+constexpr unsigned kSolveEvery = 4;
+
+// acos for |x| <= 1 within 7e-5 (Abramowitz and Stegun 4.4.45).
+double arc_cosine(double x) {
+  const double y = x < 0 ? -x : x;
+  const double root = std::sqrt(y < 1 ? 1 - y : 0);
+  const double angle = root * (1.5707288 + y * (-0.2121144 + y * (0.0742610 - 0.0187293 * y)));
+  return x < 0 ? kPi - angle : angle;
+}
+
+// Between two directions; a right angle when one of them has none.
+double angle(const Vec& a, const Vec& b) {
+  const double product = length(a) * length(b);
+  if (!(product > kSmallest)) return kPi / 2;
+  return arc_cosine(std::clamp(dot(a, b) / product, -1.0, 1.0));
+}
+
+}  // namespace
+
+double Surroundings::gap(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t leaving) const {
+  const std::uint32_t v = front.origin(leaving);
+  const Vec here = to_vec(points[v]);
+  const double between = angle(to_vec(points[front.origin(front.before(leaving))]) - here,
+                               to_vec(points[front.target(leaving)]) - here);
+  // Few faces so far: the gap is the larger of the two angles between the half-edges.
+  return angles_[v] < kPi ? 2 * kPi - between : between;
+}
+
+double Surroundings::urgency(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
+  return std::min(gap(front, points, gate), gap(front, points, front.after(gate)));
+}
+
+Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
+  Outlook o;
+  const std::uint32_t before = front.before(gate);
+  const std::uint32_t after = front.after(gate);
+  const Vec a = to_vec(points[front.origin(gate)]);
+  const Vec b = to_vec(points[front.target(gate)]);
+  const Vec c = to_vec(points[front.apex(gate)]);
+  const Vec p = to_vec(points[front.origin(before)]);
+  const Vec n = to_vec(points[front.target(after)]);
+  o.middle = (a + b) * 0.5;
+  o.length = (length(b - a) + length(c - b) + length(a - c)) * (1.0 / 3);
+  if (o.length < 0.5) o.length = 0.5;
+  const Vec normal = cross(b - a, c - a);
+  const double area = length(normal);
+  if (area > kSmallest) o.normal = normal * (1.0 / area);
+
+  o.left.gap = gap(front, points, gate);
+  o.right.gap = gap(front, points, after);
+  o.feature[0] = o.middle - c;
+  o.feature[1] = o.normal * length(o.feature[0]);
+  // A gap of two faces: their common vertex makes a parallelogram with the three around the gap.
+  auto two_faces = [](double gap_here) { return std::max(0.0, 1 - std::abs(gap_here * (3 / kPi) - 2)); };
+  if (front.is_open(before)) o.feature[2] = (p + b - a - o.middle - o.feature[0]) * two_faces(o.left.gap);
+  if (front.is_open(after)) o.feature[3] = (n + a - b - o.middle - o.feature[0]) * two_faces(o.right.gap);
+  constexpr std::array<double, kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
+  Vec offset;
+  for (std::size_t i = 0; i < kFeatures; ++i) offset = offset + o.feature[i] * (kUsual[i] + change_[i]);
+  const double reach = length(offset);
+  const double most = 2.5 * o.length;
+  if (reach > most) offset = offset * (most / reach);
+  o.position = o.middle + offset;
+  o.tangential = o.length * (tangential_ / seen_) + 0.02;
+  o.across = o.length * (across_ / seen_) + 0.02;
+
+  auto close_at = [&](Side& side, std::uint32_t vertex, std::uint32_t entry) {
+    side.vertex = vertex;
+    side.entry = entry;
+    side.closing = 5.5 * (1.6 - side.gap);
+  };
+  if (front.is_open(before) && front.origin(before) != front.target(gate)) {
+    close_at(o.left, front.origin(before), before);
+  }
+  if (front.is_open(after) && front.target(after) != front.origin(gate)) {
+    close_at(o.right, front.target(after), front.after(after));
+  }
+  return o;
+}
+
+void Surroundings::add_face(const Face& face, const std::vector<LatticePoint>& points) {
+  angles_.resize(points.size(), 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec here = to_vec(points[face[i]]);
+    angles_[face[i]] += angle(to_vec(points[face[(i + 1) % 3]]) - here, to_vec(points[face[(i + 2) % 3]]) - here);
+  }
+}
+
+void Surroundings::learn(const Outlook& o, const LatticePoint& actual) {
+  const Vec residual = to_vec(actual) - o.position;
+  const double along = dot(residual, o.normal);
+  const Vec flat = residual - o.normal * along;
+  tangential_ = tangential_ * kDecay + std::min(4.0, length(flat) * 0.6 / o.length);
+  across_ = across_ * kDecay + std::min(4.0, std::abs(along) / o.length);
+  seen_ = seen_ * kDecay + 1;
+
+  constexpr std::array<double, kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
+  Vec target = to_vec(actual) - o.middle;
+  for (std::size_t i = 0; i < kFeatures; ++i) target = target - o.feature[i] * kUsual[i];
+  const double importance = 1.0 / (o.length * o.length);
+  for (std::size_t i = 0; i < kFeatures; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      matrix_[i][j] = matrix_[i][j] * kDecay + importance * dot(o.feature[i], o.feature[j]);
+    }
+    right_[i] = right_[i] * kDecay + importance * dot(o.feature[i], target);
+  }
+  if (until_solved_-- > 0) return;
+  until_solved_ = kSolveEvery - 1;
+  // Cholesky; the ridge keeps it positive.
+  std::array<std::array<double, kFeatures>, kFeatures> factor{};
+  std::array<double, kFeatures> solution{};
+  for (std::size_t i = 0; i < kFeatures; ++i) {
+    double known = right_[i];
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = matrix_[i][j] + (i == j ? kRidge : 0);
+      for (std::size_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
+      if (i == j) {
+        if (!(sum > kSmallest)) return;
+        factor[i][i] = std::sqrt(sum);
+      } else {
+        factor[i][j] = sum / factor[j][j];
+      }
+    }
+    for (std::size_t k = 0; k < i; ++k) known -= factor[i][k] * solution[k];
+    solution[i] = known / factor[i][i];
+  }
+  for (std::size_t i = kFeatures; i-- > 0;) {
+    double known = solution[i];
+    for (std::size_t k = i + 1; k < kFeatures; ++k) known -= factor[k][i] * solution[k];
+    solution[i] = known / factor[i][i];
+  }
+  change_ = solution;
+}
+
+}  // namespace pmcd::codec
