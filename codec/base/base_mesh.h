@@ -180,8 +180,8 @@ class BaseCoder {
     LatticePoint cell{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double along = outlook.normal[axis] * outlook.normal[axis];
-      const double spread = std::sqrt(outlook.tangential * outlook.tangential * (1 - along) +
-                                      outlook.across * outlook.across * along);
+      const double spread =
+          std::sqrt(outlook.tangential * outlook.tangential * (1 - along) + outlook.across * outlook.across * along);
       cell[axis] = cell_model_.code(source_, wanted[axis], outlook.position[axis], spread, most_);
       if (cell[axis] < 0) return false;
     }

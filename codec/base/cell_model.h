@@ -42,7 +42,8 @@ class CellModel {
       ++shift;
     }
     std::size_t k = 0;
-    for (double bound = 0.15 * 1.189207115; k + 1 < kClasses && in_bins >= bound; bound = bound * 1.4142135623730951) ++k;
+    for (double bound = 0.15 * 1.189207115; k + 1 < kClasses && in_bins >= bound; bound = bound * 1.4142135623730951)
+      ++k;
     Models& models = models_[k];
     const double fraction = bounded - centre;
     const std::size_t side = shift > 0 ? 1 : (fraction < -0.15 ? 0 : (fraction > 0.15 ? 2 : 1));

@@ -3,8 +3,18 @@
 
 namespace pmcd::codec {
 
+bool Front::runs(std::uint32_t a, std::uint32_t b) const {
+  std::uint32_t h = first_out_[a];
+  for (int i = 0; i < 64 && h != kNone; ++i, h = next_out_[h]) {
+    if (target(h) == b) return true;
+  }
+  return false;
+}
+
 std::uint32_t Front::add_vertex() {
   first_open_.push_back(kNone);
+  first_out_.push_back(kNone);
+  valence_.push_back(0);
   return vertex_count() - 1;
 }
 
@@ -57,6 +67,10 @@ void Front::open_up(std::uint32_t h) {
   std::uint32_t& head = first_open_[origin(h)];
   next_open_.push_back(head);
   head = h;
+  std::uint32_t& newest = first_out_[origin(h)];
+  next_out_.push_back(newest);
+  newest = h;
+  ++valence_[origin(h)];
 }
 
 void Front::close(std::uint32_t h) {

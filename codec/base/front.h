@@ -36,6 +36,11 @@ class Front {
   /// All open half-edges, in no order that means anything, but the same for encoder and decoder.
   [[nodiscard]] std::span<const std::uint32_t> open() const { return open_; }
 
+  /// Whether a half-edge runs from a to b, as far as the 64 newest that leave a tell.
+  [[nodiscard]] bool runs(std::uint32_t a, std::uint32_t b) const;
+  /// Faces at v.
+  [[nodiscard]] std::uint32_t face_valence(std::uint32_t v) const { return valence_[v]; }
+
   std::uint32_t add_vertex();
   /// The first face of a component, all three half-edges open. Answers the face.
   std::uint32_t add_first_face(std::uint32_t a, std::uint32_t b, std::uint32_t c);
@@ -64,8 +69,12 @@ class Front {
   std::vector<std::uint32_t> before_;
   std::vector<std::uint32_t> place_;      // in open_; kNone: not open
   std::vector<std::uint32_t> next_open_;  // of the same origin
+  std::vector<std::uint32_t> next_out_;   // of the same origin
   std::vector<std::uint8_t> boundary_;
-  // By vertex: head of the list of open half-edges that leave it; closed ones are dropped when met.
+  // By vertex: head of the list of all half-edges that leave it, its length, and head of the list of open half-edges
+  // that leave it; closed ones are dropped when met.
+  std::vector<std::uint32_t> first_out_;
+  std::vector<std::uint32_t> valence_;
   std::vector<std::uint32_t> first_open_;
   std::vector<std::uint32_t> open_;
   std::uint64_t steps_ = 0;

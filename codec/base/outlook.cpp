@@ -34,8 +34,8 @@ double angle(const Vec& a, const Vec& b) {
 double Surroundings::gap(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t leaving) const {
   const std::uint32_t v = front.origin(leaving);
   const Vec here = to_vec(points[v]);
-  const double between = angle(to_vec(points[front.origin(front.before(leaving))]) - here,
-                               to_vec(points[front.target(leaving)]) - here);
+  const double between =
+      angle(to_vec(points[front.origin(front.before(leaving))]) - here, to_vec(points[front.target(leaving)]) - here);
   // Few faces so far: the gap is the larger of the two angles between the half-edges.
   return angles_[v] < kPi ? 2 * kPi - between : between;
 }
@@ -78,17 +78,36 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   o.tangential = o.length * (tangential_ / seen_) + 0.02;
   o.across = o.length * (across_ / seen_) + 0.02;
 
-  auto close_at = [&](Side& side, std::uint32_t vertex, std::uint32_t entry) {
+  const bool has_left = front.is_open(before) && front.origin(before) != front.target(gate);
+  const bool has_right = front.is_open(after) && front.target(after) != front.origin(gate);
+  const bool three = has_left && has_right && front.origin(before) == front.target(after);
+  const bool four = has_left && has_right && front.before(before) == front.after(after);
+  auto close_at = [&](Side& side, const Side& other, bool other_open, std::uint32_t vertex, std::uint32_t entry,
+                      std::uint32_t corner, const Vec& here, const Vec& there, std::uint32_t far_corner) {
+    if (vertex == front.apex(gate)) return;
+    // The face's third edge: from the far end to the other corner (in the orientation of the new face).
+    if (corner == front.origin(gate) ? front.runs(vertex, far_corner) : front.runs(far_corner, vertex)) return;
     side.vertex = vertex;
     side.entry = entry;
-    side.closing = 5.5 * (1.6 - side.gap);
+    const Vec q = to_vec(points[vertex]);
+    const Vec face = corner == front.origin(gate) ? cross(here - there, q - there) : cross(there - here, q - here);
+    const double size = length(face);
+    const double bend = size > kSmallest ? dot(face, o.normal) * (1.0 / size) : 0;
+    const double miss = std::min(4.0, length(q - o.position) / o.length);
+    const std::uint32_t here_faces = front.face_valence(corner);
+    const std::uint32_t far_faces = front.face_valence(vertex);
+    // A logistic fit over the bases of twenty scans and machine parts, 24 to 1,500 vertices each.
+    side.closing = -0.43 * side.gap - 0.49 * miss + 0.67 * std::max(0.0, miss - 0.7) -
+                   0.94 * std::min(4.0, length(q - there) / o.length) +
+                   0.47 * std::min(4.0, length(q - here) / o.length) + 0.44 * bend + (here_faces == 2 ? 0.57 : 0) +
+                   (here_faces == 3 ? 0.19 : 0) - (three ? 0.91 : 0) + (four ? 0.23 : 0) -
+                   0.30 * std::min(8.0, 2 * kPi - angles_[corner] - angle(here - there, q - here)) +
+                   0.14 * std::min(8.0, angles_[vertex]) + (far_faces == 1 ? 0.56 : 0) + (far_faces == 2 ? 0.16 : 0);
   };
-  if (front.is_open(before) && front.origin(before) != front.target(gate)) {
-    close_at(o.left, front.origin(before), before);
-  }
-  if (front.is_open(after) && front.target(after) != front.origin(gate)) {
-    close_at(o.right, front.target(after), front.after(after));
-  }
+  const std::uint32_t av = front.origin(gate);
+  const std::uint32_t bv = front.target(gate);
+  if (has_left) close_at(o.left, o.right, has_right, front.origin(before), before, av, a, b, bv);
+  if (has_right) close_at(o.right, o.left, has_left, front.target(after), front.after(after), bv, b, a, av);
   return o;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What lies beyond a half-edge of the growing base mesh, as a few binary decisions: the boundary? a face that closes the
-// gap on one side? a new vertex? else which known vertex, by its distance from where a new one is expected.
+// What lies beyond a half-edge of the growing base mesh, as a few binary decisions: the boundary? a face that closes
+// the gap on one side? a new vertex? else which known vertex, by its distance from where a new one is expected.
 #pragma once
 
 #include <algorithm>
@@ -57,8 +57,8 @@ class StepModel {
             std::uint32_t gate, bool has_boundary, const Step& wanted, Step& step) {
     using Kind = BaseStep::Kind;
     if (has_boundary) {
-      const std::size_t beside = (front.is_boundary(front.before(gate)) ? 1u : 0u) +
-                                 (front.is_boundary(front.after(gate)) ? 1u : 0u);
+      const std::size_t beside =
+          (front.is_boundary(front.before(gate)) ? 1u : 0u) + (front.is_boundary(front.after(gate)) ? 1u : 0u);
       if (source.bit(boundary_[beside], wanted.kind == Kind::boundary)) {
         step = {Kind::boundary, kNone};
         return true;
@@ -72,13 +72,19 @@ class StepModel {
       const Side& other = right ? outlook.left : outlook.right;
       if (right != right_first && other.vertex == side.vertex) continue;  // the chain's three edges, asked already
       step.entry = side.entry;
-      if (closing_[right != right_first ? 1 : 0].code(source, side.closing, wanted.kind == Kind::known_vertex && wanted.entry == step.entry)) return true;
+      if (closing_[right != right_first ? 1 : 0].code(source, side.closing,
+                                                      wanted.kind == Kind::known_vertex && wanted.entry == step.entry))
+        return true;
     }
     find_others(front, points, outlook, gate);
+    if (others_.empty() && looked_at_ <= kMostLookedAt) {
+      step = {Kind::new_vertex, kNone};
+      return true;
+    }
     double odds = 3;
     if (!others_.empty()) {
-      const double nearest = std::sqrt(static_cast<double>(others_.front().first));
-      odds = std::min(6.0, 5.0 * (nearest / outlook.length - 0.4));
+      const double nearest = std::min(4.0, std::sqrt(static_cast<double>(others_.front().first)) / outlook.length);
+      odds = 1.53 * nearest + 1.22 * std::max(0.0, nearest - 0.5) - 0.66 * std::max(0.0, nearest - 1.2) - 0.35;
     }
     if (new_.code(source, odds, wanted.kind == Kind::new_vertex)) {
       step = {Kind::new_vertex, kNone};
@@ -111,7 +117,8 @@ class StepModel {
     for (std::size_t axis = 0; axis < 3; ++axis) from[axis] = static_cast<std::int64_t>(outlook.position[axis]);
     auto add = [&](std::uint32_t entry) {
       const std::uint32_t v = front.origin(entry);
-      if (v == front.origin(gate) || v == front.target(gate) || v == front.apex(gate) || v == outlook.left.vertex || v == outlook.right.vertex)
+      if (v == front.origin(gate) || v == front.target(gate) || v == front.apex(gate) || v == outlook.left.vertex ||
+          v == outlook.right.vertex)
         return;
       std::int64_t square = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -125,6 +132,14 @@ class StepModel {
       if (front.is_boundary(front.after(h))) add(front.after(h));
     }
     std::sort(others_.begin(), others_.end());
+    // Those that would make an edge anew, of the nearest.
+    const auto some = others_.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(16, others_.size()));
+    others_.erase(std::remove_if(others_.begin(), some,
+                                 [&](const auto& other) {
+                                   const std::uint32_t v = front.origin(other.second);
+                                   return front.runs(front.origin(gate), v) || front.runs(v, front.target(gate));
+                                 }),
+                  some);
   }
 
   std::array<AdaptiveBit, 3> boundary_;
