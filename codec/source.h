@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "codec/conquest/conquest.h"
 #include "codec/entropy/range_coder.h"
@@ -53,6 +54,7 @@ class PacketReader {
   [[nodiscard]] LatticePoint wanted_point(std::uint32_t /*vertex*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_components() const { return 0; }
   [[nodiscard]] bool wanted_boundary() const { return false; }
+  [[nodiscard]] std::vector<std::int32_t> wanted_values(std::size_t /*axis*/, unsigned /*shift*/) const { return {}; }
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t /*halfedge*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_isolated() const { return 0; }
   [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t /*k*/) const { return {}; }

@@ -8,9 +8,10 @@
 #include <array>
 #include <vector>
 
-#include "codec/base/cell_model.h"
+#include "codec/base/alphabet.h"
 #include "codec/base/front.h"
 #include "codec/base/outlook.h"
+#include "codec/base/position_model.h"
 #include "codec/base/step_model.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
@@ -61,6 +62,11 @@ class BaseCoder {
     const std::uint32_t components = length_.code(source_, source_.wanted_components());
     if (components > max_faces_) return corrupt();
     if (components > 0) has_boundary_ = source_.raw(source_.wanted_boundary() ? 1 : 0, 1) != 0;
+    for (std::size_t axis = 0; axis < 3 && components > 0; ++axis) {
+      alphabets_[axis] = Alphabet(most_);
+      const std::vector<std::int32_t> wanted = source_.wanted_values(axis, shift_);
+      if (!alphabets_[axis].code(source_, wanted, max_vertices_)) return corrupt();
+    }
     start_ = {most_ / 2, most_ / 2, most_ / 2};
     for (std::uint32_t component = 0; component < components; ++component) {
       if (!code_component(component)) return corrupt();
@@ -108,10 +114,7 @@ class BaseCoder {
     auto add = [&](const LatticePoint& from, double spread) {
       const LatticePoint wanted = wanted_cell(static_cast<std::uint32_t>(cells_.size()));
       LatticePoint cell{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        cell[axis] = start_model_.code(source_, wanted[axis], from[axis], spread, most_);
-        if (cell[axis] < 0) return false;
-      }
+      if (!positions_.code_start(source_, alphabets_, from, spread, wanted, cell)) return false;
       cells_.push_back(cell);
       return true;
     };
@@ -173,18 +176,9 @@ class BaseCoder {
     return {wanted.kind, entry};
   }
 
-  // Axis by axis, the one along which the surface's normal is longest last: a Gaussian of two spreads, each coordinate
-  // given those before it.
   bool code_new(std::uint32_t vertex, const Outlook& outlook) {
-    const LatticePoint wanted = wanted_cell(vertex);
     LatticePoint cell{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double along = outlook.normal[axis] * outlook.normal[axis];
-      const double spread =
-          std::sqrt(outlook.tangential * outlook.tangential * (1 - along) + outlook.across * outlook.across * along);
-      cell[axis] = cell_model_.code(source_, wanted[axis], outlook.position[axis], spread, most_);
-      if (cell[axis] < 0) return false;
-    }
+    if (!positions_.code_new(source_, alphabets_, outlook, wanted_cell(vertex), cell)) return false;
     cells_.push_back(cell);
     surroundings_.learn(outlook, cell);
     return true;
@@ -217,8 +211,8 @@ class BaseCoder {
   double edge_ = most_ * 0.125 + 0.5;
   UnsignedModel length_;
   StepModel steps_;
-  CellModel start_model_;
-  CellModel cell_model_;
+  std::array<Alphabet, 3> alphabets_;
+  PositionModel positions_;
 };
 
 /// Codes the base mesh into (reading) or out of (writing) an empty state whose lattice is set; at most `max_vertices`

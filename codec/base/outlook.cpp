@@ -68,6 +68,14 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   auto two_faces = [](double gap_here) { return std::max(0.0, 1 - std::abs(gap_here * (3 / kPi) - 2)); };
   if (front.is_open(before)) o.feature[2] = (p + b - a - o.middle - o.feature[0]) * two_faces(o.left.gap);
   if (front.is_open(after)) o.feature[3] = (n + a - b - o.middle - o.feature[0]) * two_faces(o.right.gap);
+  const bool open_left = front.is_open(before);
+  const bool open_right = front.is_open(after);
+  o.exact_known = {true, open_left, open_right, true, true, true, open_left, open_right};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::array<double, Outlook::kExact> exact = {
+        (a + b - c)[axis], (p + b - a)[axis], (n + a - b)[axis], a[axis], b[axis], c[axis], p[axis], n[axis]};
+    for (std::size_t kind = 0; kind < exact.size(); ++kind) o.exact[kind][axis] = exact[kind];
+  }
   constexpr std::array<double, kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
   Vec offset;
   for (std::size_t i = 0; i < kFeatures; ++i) offset = offset + o.feature[i] * (kUsual[i] + change_[i]);

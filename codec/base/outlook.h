@@ -31,6 +31,10 @@ struct Outlook {
   double length = 1;      ///< typical edge length here
   double tangential = 1;  ///< expected mean distance per axis, within the surface
   double across = 1;      ///< the same along the normal
+  // Cells where machine parts put their vertices: the parallelograms' corners, then the neighbours' own coordinates.
+  static constexpr std::size_t kExact = 8;
+  std::array<std::array<double, 3>, kExact> exact{};
+  std::array<bool, kExact> exact_known{};
   // What learn() needs again.
   static constexpr std::size_t kFeatures = 4;
   Vec middle;  ///< of the gate

@@ -92,9 +92,19 @@ class StepModel {
     }
     std::uint32_t rank = 0;
     if (looked_at_ <= kMostLookedAt) {
-      while (rank < others_.size() && others_[rank].second != wanted.entry) ++rank;
+      const auto found =
+          std::find_if(others_.begin(), others_.end(), [&](const auto& other) { return other.second == wanted.entry; });
+      rank = static_cast<std::uint32_t>(found - others_.begin());
+      if (found != others_.end() && rank >= nearest_) {
+        const auto nearer = [&](const auto& other) { return other < *found; };
+        rank = static_cast<std::uint32_t>(std::count_if(others_.begin(), others_.end(), nearer));
+      }
       rank = rank_.code(source, rank);
       if (rank >= others_.size()) return false;
+      if (rank >= nearest_) {
+        const auto rest = others_.begin() + static_cast<std::ptrdiff_t>(nearest_);
+        std::nth_element(rest, others_.begin() + static_cast<std::ptrdiff_t>(rank), others_.end());
+      }
       step.entry = others_[rank].second;
       return true;
     }
@@ -105,7 +115,8 @@ class StepModel {
   }
 
  private:
-  static constexpr std::uint64_t kMostLookedAt = 1u << 22;
+  static constexpr std::uint64_t kMostLookedAt = 1u << 24;
+  static constexpr std::size_t kNearest = 16;
 
   // Ways to attach to the rest of the border, nearest first.
   void find_others(const Front& front, const std::vector<LatticePoint>& points, const Outlook& outlook,
@@ -131,15 +142,16 @@ class StepModel {
       add(h);
       if (front.is_boundary(front.after(h))) add(front.after(h));
     }
-    std::sort(others_.begin(), others_.end());
-    // Those that would make an edge anew, of the nearest.
-    const auto some = others_.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(16, others_.size()));
-    others_.erase(std::remove_if(others_.begin(), some,
-                                 [&](const auto& other) {
-                                   const std::uint32_t v = front.origin(other.second);
-                                   return front.runs(front.origin(gate), v) || front.runs(v, front.target(gate));
-                                 }),
-                  some);
+    // The nearest in order, without those that would make an edge anew; the rest as they come.
+    nearest_ = std::min<std::size_t>(kNearest, others_.size());
+    const auto some = others_.begin() + static_cast<std::ptrdiff_t>(nearest_);
+    std::partial_sort(others_.begin(), some, others_.end());
+    const auto kept = std::remove_if(others_.begin(), some, [&](const auto& other) {
+      const std::uint32_t v = front.origin(other.second);
+      return front.runs(front.origin(gate), v) || front.runs(v, front.target(gate));
+    });
+    nearest_ = static_cast<std::size_t>(kept - others_.begin());
+    others_.erase(kept, some);
   }
 
   std::array<AdaptiveBit, 3> boundary_;
@@ -147,6 +159,7 @@ class StepModel {
   OddsModel new_;
   UnsignedModel rank_;
   std::vector<std::pair<std::int64_t, std::uint32_t>> others_;  // squared distance, entry
+  std::size_t nearest_ = 0;                                     // so many of them are in order
   std::uint64_t looked_at_ = 0;
 };
 

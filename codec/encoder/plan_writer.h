@@ -73,6 +73,8 @@ class PlanWriter {
   }
   [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(plan_.seeds.size()); }
   [[nodiscard]] bool wanted_boundary() const;
+  /// The base's coordinates of one axis as cells of 2^shift, ascending, if they repeat enough to be worth a list.
+  [[nodiscard]] std::vector<std::int32_t> wanted_values(std::size_t axis, unsigned shift) const;
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const;
   [[nodiscard]] std::uint32_t wanted_isolated() const {
     return with_isolated_ ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
@@ -129,6 +131,20 @@ inline bool PlanWriter::wanted_boundary() const {
     if (!plan_.base.is_free_slot(HalfEdgeMesh::face_of(h)) && plan_.base.opposite(h) == kNone) return true;
   }
   return false;
+}
+
+inline std::vector<std::int32_t> PlanWriter::wanted_values(std::size_t axis, unsigned shift) const {
+  std::vector<std::int32_t> values;
+  for (std::uint32_t v = 0; v < plan_.base.vertex_count(); ++v) {
+    if (plan_.base.outgoing(v) != kNone) values.push_back(plan_.points[v][axis] >> shift);
+  }
+  const std::size_t vertices = values.size();
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  // The list costs a few bits a value more than it saves at its first use.
+  constexpr std::size_t kUses = 4;
+  if (values.size() * kUses > vertices) values.clear();
+  return values;
 }
 
 inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
