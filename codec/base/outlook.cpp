@@ -81,7 +81,11 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   for (std::size_t i = 0; i < kFeatures; ++i) offset = offset + o.feature[i] * (kUsual[i] + change_[i]);
   const double reach = length(offset);
   const double most = 2.5 * o.length;
-  if (reach > most) offset = offset * (most / reach);
+  if (!(reach < 1e15)) {
+    offset = o.feature[0];
+  } else if (reach > most) {
+    offset = offset * (most / reach);
+  }
   o.position = o.middle + offset;
   o.tangential = o.length * (tangential_ / seen_) + 0.02;
   o.across = o.length * (across_ / seen_) + 0.02;
@@ -90,8 +94,8 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   const bool has_right = front.is_open(after) && front.target(after) != front.origin(gate);
   const bool three = has_left && has_right && front.origin(before) == front.target(after);
   const bool four = has_left && has_right && front.before(before) == front.after(after);
-  auto close_at = [&](Side& side, const Side& other, bool other_open, std::uint32_t vertex, std::uint32_t entry,
-                      std::uint32_t corner, const Vec& here, const Vec& there, std::uint32_t far_corner) {
+  auto close_at = [&](Side& side, std::uint32_t vertex, std::uint32_t entry, std::uint32_t corner, const Vec& here,
+                      const Vec& there, std::uint32_t far_corner) {
     if (vertex == front.apex(gate)) return;
     // The face's third edge: from the far end to the other corner (in the orientation of the new face).
     if (corner == front.origin(gate) ? front.runs(vertex, far_corner) : front.runs(far_corner, vertex)) return;
@@ -114,8 +118,8 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   };
   const std::uint32_t av = front.origin(gate);
   const std::uint32_t bv = front.target(gate);
-  if (has_left) close_at(o.left, o.right, has_right, front.origin(before), before, av, a, b, bv);
-  if (has_right) close_at(o.right, o.left, has_left, front.target(after), front.after(after), bv, b, a, av);
+  if (has_left) close_at(o.left, front.origin(before), before, av, a, b, bv);
+  if (has_right) close_at(o.right, front.target(after), front.after(after), bv, b, a, av);
   return o;
 }
 

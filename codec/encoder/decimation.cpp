@@ -11,8 +11,7 @@ namespace pmcd::codec {
 namespace {
 
 // A base mesh of so many vertices is small: from about 60 on one sees what it is, in 400 bytes; below, levels only bend
-// away from the shape. A small mesh goes down further, so that it has levels too. Each further component may keep a
-// few.
+// away from the shape. A small mesh goes down further, so that it has levels too; many components keep a few each.
 constexpr std::uint32_t kSmallBase = 80;
 constexpr std::uint32_t kSmallestBase = 24;
 constexpr std::uint32_t kShareOfSmallBase = 12;
@@ -117,6 +116,7 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
                                  const DecimationOptions& options, const DecimationProgress& progress,
                                  bool& cancelled) {
   cancelled = false;
+  if (seeds.empty()) return {};
   std::vector<PassRecord> passes;
   std::uint32_t left = 0;
   bool has_boundary = false;
@@ -125,14 +125,14 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
     ++left;
     has_boundary = has_boundary || mesh.is_boundary(v);
   }
-  const std::uint64_t small = std::clamp(left / kShareOfSmallBase, kSmallestBase, kSmallBase) +
-                              std::uint64_t{kSmallComponent} * (seeds.empty() ? 0 : seeds.size() - 1);
+  const std::uint64_t of_components = kSmallestBase + std::uint64_t{kSmallComponent} * (seeds.size() - 1);
+  const std::uint64_t small = std::max<std::uint64_t>(of_components, std::min(left / kShareOfSmallBase, kSmallBase));
   GeometricLimits limits = options.limits;
   bool limited = true;
   Marks marks;
   PassKind kind = PassKind::decimating;
   std::uint32_t removed_by_pair = 0;
-  while (!seeds.empty()) {
+  for (;;) {
     PassRecord record;
     record.kind = kind;
     RemovingDriver driver(mesh, points, marks, limits, record);
