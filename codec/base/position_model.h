@@ -22,8 +22,32 @@ class PositionModel {
   template <typename Source>
   bool code_new(Source& source, const std::array<Alphabet, 3>& alphabets, const Outlook& outlook,
                 const LatticePoint& wanted, LatticePoint& cell) {
+    // The axis along which the normal is longest comes last: the expected covariance is an ellipsoid about the normal,
+    // and each coordinate is expected given those before it (conditional Gaussian).
+    const Vec& n = outlook.normal;
+    std::array<std::size_t, 3> order = {0, 1, 2};
+    auto longer = [&](std::size_t i, std::size_t j) { return n[i] * n[i] > n[j] * n[j]; };
+    if (longer(order[0], order[1])) std::swap(order[0], order[1]);
+    if (longer(order[1], order[2])) std::swap(order[1], order[2]);
+    if (longer(order[0], order[1])) std::swap(order[0], order[1]);
+    const double t = outlook.tangential * outlook.tangential;
+    const double difference = outlook.across * outlook.across - t;
+    std::array<std::array<double, 3>, 3> factor{};
+    std::array<double, 3> z{};
     std::size_t hits = 0;  // of the axes before: they come together
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t axis = order[i];
+      double expected = outlook.position[axis];
+      double variance = difference * n[axis] * n[axis] + t;
+      for (std::size_t j = 0; j < i; ++j) {
+        double sum = difference * n[axis] * n[order[j]];
+        for (std::size_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
+        factor[i][j] = sum / factor[j][j];
+        variance -= factor[i][j] * factor[i][j];
+        expected += factor[i][j] * z[j];
+      }
+      constexpr double kLeastVariance = 4e-4;
+      factor[i][i] = std::sqrt(variance > kLeastVariance ? variance : kLeastVariance);
       const Alphabet& alphabet = alphabets[axis];
       const auto wanted_number = nearest(alphabet, wanted[axis]);
       std::array<std::int32_t, Outlook::kExact> exact{};
@@ -37,12 +61,8 @@ class PositionModel {
       }
       hits = 2 * hits + (number >= 0 ? 2 : 1);  // 0; 1, 2; 3 .. 6 before the next axis
       if (number < 0) {
-        const double along = outlook.normal[axis] * outlook.normal[axis];
-        const double spread =
-            std::sqrt(outlook.tangential * outlook.tangential * (1 - along) + outlook.across * outlook.across * along);
-        const double expected = outlook.position[axis];
-        number = residual_.code(source, wanted_number, alphabet.number(expected), alphabet.spread(expected, spread),
-                                alphabet.most());
+        number = residual_.code(source, wanted_number, alphabet.number(expected),
+                                alphabet.spread(expected, factor[i][i]), alphabet.most());
         if (number < 0) return false;
       }
       for (std::size_t kind = 0; kind < exact.size(); ++kind) {
@@ -51,6 +71,7 @@ class PositionModel {
         share = exact[kind] == number ? share + (kOne - share) / 32 : share - share / 32;
       }
       cell[axis] = alphabet.cell(number);
+      z[i] = std::clamp((cell[axis] - expected) / factor[i][i], -8.0, 8.0);
     }
     return true;
   }
