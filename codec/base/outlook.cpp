@@ -11,8 +11,10 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kSmallest = 1e-9;
 constexpr double kDecay = 0.995;
-constexpr double kRidge = 4;
+constexpr double kRidge = 1.5;
 constexpr unsigned kSolveEvery = 4;
+// What the features usually weigh, see Outlook.
+constexpr std::array<double, Outlook::kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
 
 // acos for |x| <= 1 within 7e-5 (Abramowitz and Stegun 4.4.45).
 double arc_cosine(double x) {
@@ -76,7 +78,6 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
         (a + b - c)[axis], (p + b - a)[axis], (n + a - b)[axis], a[axis], b[axis], c[axis], p[axis], n[axis]};
     for (std::size_t kind = 0; kind < exact.size(); ++kind) o.exact[kind][axis] = exact[kind];
   }
-  constexpr std::array<double, kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
   Vec offset;
   for (std::size_t i = 0; i < kFeatures; ++i) offset = offset + o.feature[i] * (kUsual[i] + change_[i]);
   const double reach = length(offset);
@@ -139,7 +140,6 @@ void Surroundings::learn(const Outlook& o, const LatticePoint& actual) {
   across_ = across_ * kDecay + std::min(4.0, std::abs(along) / o.length);
   seen_ = seen_ * kDecay + 1;
 
-  constexpr std::array<double, kFeatures> kUsual = {0.8, -0.15, 0.35, 0.35};
   Vec target = to_vec(actual) - o.middle;
   for (std::size_t i = 0; i < kFeatures; ++i) target = target - o.feature[i] * kUsual[i];
   const double importance = 1.0 / (o.length * o.length);

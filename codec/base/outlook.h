@@ -63,8 +63,8 @@ class Surroundings {
   std::array<std::array<double, kFeatures>, kFeatures> matrix_{};
   std::array<double, kFeatures> right_{};
   std::array<double, kFeatures> change_{};  // of the weights against the usual ones
-  double tangential_ = 2.0;                 // sums of residuals relative to the edge length, decaying
-  double across_ = 2.0;
+  double tangential_ = 2.75;                // sums of residuals relative to the edge length, decaying
+  double across_ = 2.75;
   double seen_ = 5;
   unsigned until_solved_ = 0;
 };
