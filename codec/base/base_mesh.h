@@ -10,6 +10,7 @@
 
 #include "codec/base/alphabet.h"
 #include "codec/base/front.h"
+#include "codec/base/gate_queue.h"
 #include "codec/base/outlook.h"
 #include "codec/base/position_model.h"
 #include "codec/base/step_model.h"
@@ -18,34 +19,6 @@
 #include "codec/source.h"
 
 namespace pmcd::codec {
-
-/// Gates of the growing region: the most urgent first, of equals the oldest.
-class GateQueue {
- public:
-  void push(double urgency, std::uint32_t gate) {
-    heap_.push_back({urgency, count_++, gate});
-    std::push_heap(heap_.begin(), heap_.end(), later);
-  }
-  [[nodiscard]] bool empty() const { return heap_.empty(); }
-  std::uint32_t pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), later);
-    const std::uint32_t gate = heap_.back().gate;
-    heap_.pop_back();
-    return gate;
-  }
-
- private:
-  struct Entry {
-    double urgency;
-    std::uint64_t number;
-    std::uint32_t gate;
-  };
-  static bool later(const Entry& x, const Entry& y) {
-    return x.urgency != y.urgency ? x.urgency > y.urgency : x.number > y.number;
-  }
-  std::vector<Entry> heap_;
-  std::uint64_t count_ = 0;
-};
 
 template <typename Source>
 class BaseCoder {
@@ -59,7 +32,7 @@ class BaseCoder {
         most_(static_cast<std::int32_t>(static_cast<std::uint32_t>(state.lattice.max_index()) >> shift)) {}
 
   Status code() {
-    const std::uint32_t components = length_.code(source_, source_.wanted_components());
+    const std::uint32_t components = UnsignedModel().code(source_, source_.wanted_components());
     if (components > max_faces_) return corrupt();
     if (components > 0) has_boundary_ = source_.raw(source_.wanted_boundary() ? 1 : 0, 1) != 0;
     for (std::size_t axis = 0; axis < 3 && components > 0; ++axis) {
@@ -209,7 +182,6 @@ class BaseCoder {
   LatticePoint start_{};
   double jump_ = most_ * 0.25 + 0.5;
   double edge_ = most_ * 0.125 + 0.5;
-  UnsignedModel length_;
   StepModel steps_;
   std::array<Alphabet, 3> alphabets_;
   PositionModel positions_;
@@ -218,7 +190,7 @@ class BaseCoder {
 /// Codes the base mesh into (reading) or out of (writing) an empty state whose lattice is set; at most `max_vertices`
 /// and `max_faces` are accepted. Positions are those of cells of 2^shift lattice steps (their middle).
 /// The first half-edge of a component's first face becomes its seed. REQUIRES: shift <= 20.
-/// Errors: corrupt_data, and build()'s errors as corrupt_data. [n log n; a search of at most 2^22 steps]
+/// Errors: corrupt_data, and build()'s errors as corrupt_data. [n log n; a search of at most 2^24 steps]
 template <typename Source>
 Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces,
                       unsigned shift) {

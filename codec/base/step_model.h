@@ -50,7 +50,7 @@ class StepModel {
     std::uint32_t entry = kNone;  ///< of Front::attach
   };
 
-  /// `wanted.entry` must lie on the border, or name a half-edge of the base that arrives (see BaseStep).
+  /// Codes `wanted` (writing) or reads what lies beyond the gate. `points` holds every vertex of the front.
   /// False: damaged data.
   template <typename Source>
   bool code(Source& source, const Front& front, const std::vector<LatticePoint>& points, const Outlook& outlook,
@@ -70,7 +70,7 @@ class StepModel {
       const Side& side = right ? outlook.right : outlook.left;
       if (side.vertex == kNone) continue;
       const Side& other = right ? outlook.left : outlook.right;
-      if (right != right_first && other.vertex == side.vertex) continue;  // the chain's three edges, asked already
+      if (right != right_first && other.entry == side.entry) continue;  // a chain of three: asked already
       step.entry = side.entry;
       if (closing_[right != right_first ? 1 : 0].code(source, side.closing,
                                                       wanted.kind == Kind::known_vertex && wanted.entry == step.entry))
