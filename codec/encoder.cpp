@@ -27,6 +27,13 @@ namespace {
 constexpr unsigned kLosslessBits = 14;
 constexpr unsigned kMostPackets = 1000;
 
+// Where topology leaves a base mesh of more vertices than this, small packets that bend it back cannot pay: then the
+// whole mesh as one base packet is tried too, up to a size that need not come in parts, and taken if it is much
+// smaller.
+constexpr std::uint32_t kFatBase = 100;
+constexpr std::uint32_t kMostInOnePacket = 65536;
+constexpr double kMuchSmaller = 0.7;
+
 // Shares of the whole time, for progress.
 constexpr double kPlanned = 0.05;
 constexpr double kDecimated = 0.4;
@@ -100,7 +107,7 @@ Status write_packet(Writing& w, std::span<const PassRecord> passes, unsigned shi
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
   PlanWriter writer(w.plan, passes, shift, with_isolated, with_exactness, bytes);
   Status status =
-      is_base ? code_base_mesh(w.state, writer, bounds.vertices, bounds.faces) : code_passes(w.state, bounds, writer);
+      is_base ? code_base_level(w.state, writer, bounds.vertices, bounds.faces) : code_passes(w.state, bounds, writer);
   if (status) status = code_isolated(w.state, bounds.vertices, writer);
   if (status) status = code_exactness(w.state, writer);
   if (!status) return Error{ErrorCode::internal_error, w.packets.size(), "writing a packet: " + status.error().detail};
@@ -169,9 +176,9 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
   return group_passes(base_vertices, vertices_after, most_packets);
 }
 
-}  // namespace
-
-Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress) {
+// The way down and up again; without `levels` the base packet is the whole mesh.
+Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress,
+                          bool levels) {
   const Error cancelled{ErrorCode::cancelled, 0, "encoding was cancelled"};
   auto go_on = [&](double fraction) { return !progress || progress(fraction); };
   Status valid = check_options(options);
@@ -188,12 +195,16 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   const auto total = static_cast<std::uint32_t>(mesh.positions.size());
   const std::uint32_t in_faces = total - result.report.isolated_vertices;
   bool stopped = false;
-  std::vector<PassRecord> passes = decimate(
-      w.plan.base, w.plan.points, w.plan.seeds, {{options.min_flip_cosine, options.max_shape_error}, options.cleaning},
-      [&](std::uint32_t left) {
-        return go_on(kPlanned + (kDecimated - kPlanned) * (in_faces - left) / std::max(1u, in_faces));
-      },
-      stopped);
+  std::vector<PassRecord> passes;
+  if (levels) {
+    passes = decimate(
+        w.plan.base, w.plan.points, w.plan.seeds,
+        {{options.min_flip_cosine, options.max_shape_error}, options.cleaning},
+        [&](std::uint32_t left) {
+          return go_on(kPlanned + (kDecimated - kPlanned) * (in_faces - left) / std::max(1u, in_faces));
+        },
+        stopped);
+  }
   if (stopped) return cancelled;
   std::reverse(passes.begin(), passes.end());  // from here on coarse to fine
   result.report.passes = static_cast<std::uint32_t>(passes.size());
@@ -245,6 +256,27 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   result.report.bits = w.plan.bits;
   result.packets = std::move(w.packets);
   return result;
+}
+
+std::size_t total_bytes(const Encoded& encoded) {
+  std::size_t sum = 0;
+  for (const EncodedPacket& packet : encoded.packets) sum += packet.bytes.size();
+  return sum;
+}
+
+}  // namespace
+
+Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress) {
+  Result<Encoded> in_levels = encode_as(mesh, options, progress, true);
+  if (!in_levels || in_levels->report.passes == 0 || in_levels->packets[0].vertices <= kFatBase ||
+      mesh.positions.size() > kMostInOnePacket) {
+    return in_levels;
+  }
+  Result<Encoded> in_one = encode_as(
+      mesh, options, [&](double) { return !progress || progress(1); }, false);
+  if (!in_one) return in_one;
+  const auto much_smaller = kMuchSmaller * static_cast<double>(total_bytes(*in_levels));
+  return static_cast<double>(total_bytes(*in_one)) < much_smaller ? std::move(in_one) : std::move(in_levels);
 }
 
 }  // namespace pmcd::codec

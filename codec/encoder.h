@@ -66,7 +66,7 @@ struct Encoded {
 /// to the lattice if `options.bits`) before this returns.
 /// REQUIRES of the mesh: oriented, manifold with or without boundary, no repeated index in a face, no duplicate face,
 /// finite coordinates; each is checked and refused by name. Isolated vertices and faces of zero area are fine.
-/// An empty mesh encodes to one packet.
+/// An empty mesh encodes to one packet; so does one of many handles or components when levels would make it far larger.
 /// Memory: about 400 bytes a vertex. Time: linear, a few microseconds a vertex.
 /// Algorithm: Alliez and Desbrun, Progressive compression for lossless transmission of triangle meshes, SIGGRAPH 2001.
 Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress = {});

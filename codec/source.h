@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "codec/conquest/conquest.h"
 #include "codec/entropy/range_coder.h"
@@ -29,7 +30,10 @@ namespace pmcd::codec {
 struct BaseStep {
   enum class Kind : std::uint8_t { boundary, known_vertex, new_vertex };
   Kind kind = Kind::boundary;
-  std::uint32_t vertex = 0;  ///< decoder's number, for known_vertex
+  // For known_vertex, in the decoder's numbers: the border half-edge next to which the new face comes to lie, leaving
+  // or arriving at that vertex.
+  std::uint32_t halfedge = kNone;
+  bool arrives = false;
 };
 
 /// When the positions that are still to come in a packet are guessed: once before the first of them, or after the
@@ -62,6 +66,8 @@ class PacketReader {
   [[nodiscard]] Symbol wanted_symbol() const { return kNull; }
   [[nodiscard]] LatticePoint wanted_point(std::uint32_t /*vertex*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_components() const { return 0; }
+  [[nodiscard]] bool wanted_boundary() const { return false; }
+  [[nodiscard]] std::vector<std::int32_t> wanted_values(std::size_t /*axis*/, unsigned /*shift*/) const { return {}; }
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t /*halfedge*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_isolated() const { return 0; }
   [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t /*k*/) const { return {}; }

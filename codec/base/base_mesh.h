@@ -1,156 +1,203 @@
 // SPDX-License-Identifier: MIT
-// The base mesh as one region that grows face by face from each component's first face: beyond an open edge lies the
-// boundary, a new vertex or a known one. Connectivity of everything first, then positions along the same order. A plain
-// single-rate coder for some dozen vertices (in the family of Gumhold and Strasser's cut-border machine, 1998); it does
-// not aim at large meshes.
+// The base mesh as one region that grows face by face from each component's first face, connectivity and positions
+// together: the positions known so far tell what most likely lies beyond an open half-edge, and where. A single-rate
+// coder that serves a dozen vertices as well as some thousand. Both directions in one text, as in refine.h.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <vector>
 
-#include "codec/entropy/integer_model.h"
+#include "codec/base/alphabet.h"
+#include "codec/base/front.h"
+#include "codec/base/gate_queue.h"
+#include "codec/base/outlook.h"
+#include "codec/base/position_model.h"
+#include "codec/base/step_model.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
 #include "codec/source.h"
 
 namespace pmcd::codec {
 
-/// Codes the base mesh into (reading) or out of (writing) an empty state whose lattice is set; at most `max_vertices`
-/// and `max_faces` are accepted. The first half-edge of a component's first face becomes its seed.
-/// Errors: corrupt_data, and build()'s errors as corrupt_data.
 template <typename Source>
-Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces) {
-  struct Reference {  // of a vertex: the gate and apex from which its position is predicted
-    std::uint32_t a;
-    std::uint32_t b;
-    std::uint32_t apex;
-  };
-  const Error corrupt{ErrorCode::corrupt_data, 0, "the base mesh contradicts itself"};
+class BaseCoder {
+ public:
+  BaseCoder(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces, unsigned shift)
+      : state_(state),
+        source_(source),
+        max_vertices_(max_vertices),
+        max_faces_(max_faces),
+        shift_(shift),
+        most_(static_cast<std::int32_t>(static_cast<std::uint32_t>(state.lattice.max_index()) >> shift)) {}
 
-  std::vector<Face> faces;
-  std::vector<std::uint8_t> closed;       // by half-edge: has its opposite, or is boundary
-  std::vector<std::uint32_t> first_open;  // by vertex: head of the list of open half-edges that leave it
-  std::vector<std::uint32_t> next_open;   // by half-edge
-  std::uint64_t steps = 0;                // over open half-edges in search of another
-  std::vector<Reference> reference;       // by vertex
-  std::vector<std::uint32_t> queue;
-  AdaptiveBit is_boundary;
-  AdaptiveBit is_new;
-
-  auto add_vertex = [&](const Reference& from) {
-    reference.push_back(from);
-    first_open.push_back(kNone);
-    return static_cast<std::uint32_t>(reference.size() - 1);
-  };
-  auto origin = [&](std::uint32_t h) { return faces[h / 3][h % 3]; };
-  auto target = [&](std::uint32_t h) { return faces[h / 3][(h + 1) % 3]; };
-  // Closes h against the open half-edge that runs the other way, if there is one; else h is open itself.
-  auto close_or_open = [&](std::uint32_t h) {
-    std::uint32_t* link = &first_open[target(h)];
-    while (*link != kNone) {
-      const std::uint32_t g = *link;
-      if (closed[g] != 0) {  // turned out to be boundary
-        *link = next_open[g];
-        continue;
-      }
-      if (target(g) == origin(h)) {
-        closed[g] = closed[h] = 1;
-        *link = next_open[g];
-        return;
-      }
-      link = &next_open[g];
-      ++steps;
+  Status code() {
+    const std::uint32_t components = UnsignedModel().code(source_, source_.wanted_components());
+    if (components > max_faces_) return corrupt();
+    if (components > 0) has_boundary_ = source_.raw(source_.wanted_boundary() ? 1 : 0, 1) != 0;
+    for (std::size_t axis = 0; axis < 3 && components > 0; ++axis) {
+      alphabets_[axis] = Alphabet(most_);
+      const std::vector<std::int32_t> wanted = source_.wanted_values(axis, shift_);
+      if (!alphabets_[axis].code(source_, wanted, max_vertices_)) return corrupt();
     }
-    next_open[h] = first_open[origin(h)];
-    first_open[origin(h)] = h;
-    queue.push_back(h);
-  };
-  auto add_face = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const auto face = static_cast<std::uint32_t>(faces.size());
-    faces.push_back({a, b, c});
-    closed.resize(closed.size() + 3, 0);
-    next_open.resize(next_open.size() + 3, kNone);
-    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) close_or_open(h);
-    return face;
-  };
+    start_ = {most_ / 2, most_ / 2, most_ / 2};
+    for (std::uint32_t component = 0; component < components; ++component) {
+      if (!code_component(component)) return corrupt();
+    }
+    Result<HalfEdgeMesh> mesh = HalfEdgeMesh::build(front_.faces(), front_.vertex_count());
+    if (!mesh) return Error{ErrorCode::corrupt_data, 0, "the base mesh is not a manifold: " + mesh.error().detail};
+    state_.mesh = std::move(mesh).value();
+    state_.points.reserve(cells_.size());
+    for (const LatticePoint& cell : cells_) state_.points.push_back(middle_of(cell, shift_));
+    state_.shift = shift_;
+    state_.surface.build(state_.mesh, state_.points);
+    source_.told_part(PacketPart::base);
+    return {};
+  }
 
-  state.shift = source.raw(source.wanted_shift(), 5);
+ private:
+  static Error corrupt() { return Error{ErrorCode::corrupt_data, 0, "the base mesh contradicts itself"}; }
+
+  bool code_component(std::uint32_t component) {
+    const std::uint32_t first = front_.vertex_count();
+    if (front_.face_count() == max_faces_ || max_vertices_ - first < 3 || first > max_vertices_ || source_.failed())
+      return false;
+    for (int i = 0; i < 3; ++i) front_.add_vertex();
+    const std::uint32_t face = front_.add_first_face(first, first + 1, first + 2);
+    source_.told_component(component, first, face);
+    if (!code_start(first)) return false;
+    surroundings_.add_face(front_.faces()[face], cells_);
+    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) queue(h);
+    while (!gates_.empty()) {
+      const std::uint32_t gate = gates_.pop();
+      if (front_.is_open(gate) && !grow(gate)) return false;
+    }
+    state_.seeds.push_back({first, first + 1});
+    return true;
+  }
+
+  // The first three vertices: the first against that of the component before, the others against each other.
+  bool code_start(std::uint32_t first) {
+    auto add = [&](const LatticePoint& from, double spread) {
+      const LatticePoint wanted = wanted_cell(static_cast<std::uint32_t>(cells_.size()));
+      LatticePoint cell{};
+      if (!positions_.code_start(source_, alphabets_, from, spread, wanted, cell)) return false;
+      cells_.push_back(cell);
+      return true;
+    };
+    auto mean_distance = [](const LatticePoint& a, const LatticePoint& b) {
+      return length(to_vec(a) - to_vec(b)) * 0.5;
+    };
+    if (!add(start_, jump_)) return false;
+    const LatticePoint a = cells_[first];
+    jump_ = std::max(0.5, first == 0 ? most_ * 0.25 : jump_ * 0.8 + mean_distance(a, start_) * 0.2);
+    start_ = a;
+    if (!add(a, edge_)) return false;
+    const LatticePoint b = cells_[first + 1];
+    const double edge = std::max(0.5, mean_distance(a, b));
+    edge_ = first == 0 ? edge : edge_ * 0.7 + edge * 0.3;
+    return add({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2}, edge);
+  }
+
+  bool grow(std::uint32_t gate) {
+    const Outlook outlook = surroundings_.look(front_, cells_, gate);
+    StepModel::Step step;
+    const StepModel::Step wanted = wanted_step(gate);
+    if (!steps_.code(source_, front_, cells_, outlook, gate, has_boundary_, wanted, step)) return false;
+    if (step.kind == BaseStep::Kind::boundary) {
+      const std::uint32_t before = front_.before(gate);
+      const std::uint32_t after = front_.after(gate);
+      front_.end_at_boundary(gate);
+      queue(before);
+      queue(after);
+      return true;
+    }
+    if (front_.face_count() == max_faces_ || front_.tangled() || source_.failed()) return false;
+    std::uint32_t vertex = 0;
+    if (step.kind == BaseStep::Kind::new_vertex) {
+      if (front_.vertex_count() == max_vertices_) return false;
+      vertex = front_.add_vertex();
+    } else {
+      vertex = front_.origin(step.entry);
+      if (vertex == front_.origin(gate) || vertex == front_.target(gate)) return false;
+    }
+    const std::uint32_t before = front_.before(gate);
+    const std::uint32_t after = front_.after(gate);
+    const std::uint32_t arriving = step.entry == kNone ? kNone : front_.before(step.entry);
+    const std::uint32_t face = front_.attach(gate, step.entry, vertex);
+    source_.told_face(gate, face, vertex);
+    if (step.kind == BaseStep::Kind::new_vertex && !code_new(vertex, outlook)) return false;
+    surroundings_.add_face(front_.faces()[face], cells_);
+    // Whoever lies beside a gap that changed.
+    for (const std::uint32_t h : {before, after, step.entry, arriving, 3 * face + 1, 3 * face + 2}) {
+      if (h != kNone) queue(h);
+    }
+    return true;
+  }
+
+  // In the words of this side: the writer knows half-edges by their neighbours only.
+  StepModel::Step wanted_step(std::uint32_t gate) {
+    const BaseStep wanted = source_.wanted_beyond(gate);
+    std::uint32_t entry = wanted.halfedge;
+    if (entry != kNone && wanted.arrives) entry = front_.after(entry);
+    return {wanted.kind, entry};
+  }
+
+  bool code_new(std::uint32_t vertex, const Outlook& outlook) {
+    LatticePoint cell{};
+    if (!positions_.code_new(source_, alphabets_, outlook, wanted_cell(vertex), cell)) return false;
+    cells_.push_back(cell);
+    surroundings_.learn(outlook, cell);
+    return true;
+  }
+
+  LatticePoint wanted_cell(std::uint32_t vertex) {
+    LatticePoint cell = source_.wanted_point(vertex);
+    for (std::int32_t& c : cell) c >>= shift_;
+    return cell;
+  }
+
+  void queue(std::uint32_t h) {
+    if (front_.is_open(h)) gates_.push(surroundings_.urgency(front_, cells_, h), h);
+  }
+
+  LevelState& state_;
+  Source& source_;
+  std::uint32_t max_vertices_;
+  std::uint32_t max_faces_;
+  unsigned shift_;
+  std::int32_t most_;
+  bool has_boundary_ = false;
+
+  Front front_;
+  std::vector<LatticePoint> cells_;  // by vertex
+  Surroundings surroundings_;
+  GateQueue gates_;
+  LatticePoint start_{};
+  double jump_ = most_ * 0.25 + 0.5;
+  double edge_ = most_ * 0.125 + 0.5;
+  StepModel steps_;
+  std::array<Alphabet, 3> alphabets_;
+  PositionModel positions_;
+};
+
+/// Codes the base mesh into (reading) or out of (writing) an empty state whose lattice is set; at most `max_vertices`
+/// and `max_faces` are accepted. Positions are those of cells of 2^shift lattice steps (their middle).
+/// The first half-edge of a component's first face becomes its seed. REQUIRES: shift <= 20.
+/// Errors: corrupt_data, and build()'s errors as corrupt_data. [n log n; a search of at most 2^24 steps]
+template <typename Source>
+Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces,
+                      unsigned shift) {
+  return BaseCoder<Source>(state, source, max_vertices, max_faces, shift).code();
+}
+
+/// The coded part of a base packet up to its mesh: what the whole mesh is like, and the mesh. Errors: corrupt_data.
+template <typename Source>
+Status code_base_level(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces) {
+  const unsigned shift = source.raw(source.wanted_shift(), 5);
+  if (shift >= state.lattice.bits) return Error{ErrorCode::corrupt_data, shift, "a level without a digit"};
   state.models.position.structured = source.raw(source.wanted_structured() ? 1 : 0, 1) != 0;
-  if (state.shift >= state.lattice.bits) return corrupt;
-  const std::uint32_t components = source.raw(source.wanted_components(), 32);
-  if (components > max_faces) return corrupt;
-  for (std::uint32_t component = 0; component < components; ++component) {
-    const auto first = static_cast<std::uint32_t>(reference.size());
-    if (faces.size() == max_faces || max_vertices - first < 3 || first > max_vertices || source.failed())
-      return corrupt;
-    add_vertex({kNone, kNone, kNone});
-    add_vertex({first, first, first});
-    add_vertex({first, first + 1, kNone});
-    queue.clear();
-    const std::uint32_t face = add_face(first, first + 1, first + 2);
-    source.told_component(component, first, face);
-    for (std::size_t head = 0; head < queue.size(); ++head) {
-      const std::uint32_t h = queue[head];
-      if (closed[h] != 0) continue;
-      const BaseStep wanted = source.wanted_beyond(h);
-      if (source.bit(is_boundary, wanted.kind == BaseStep::Kind::boundary)) {
-        closed[h] = 1;
-        continue;
-      }
-      // Only a forger piles up open edges at one vertex, to make the search for them long.
-      const bool tangled = steps > 1000 + 64 * std::uint64_t{faces.size()};
-      if (faces.size() == max_faces || tangled || source.failed()) return corrupt;
-      std::uint32_t vertex = 0;
-      const auto known = static_cast<std::uint32_t>(reference.size()) - first;
-      if (source.bit(is_new, wanted.kind == BaseStep::Kind::new_vertex)) {
-        if (reference.size() == max_vertices) return corrupt;
-        vertex = add_vertex({origin(h), target(h), faces[h / 3][(h + 2) % 3]});
-      } else {
-        unsigned bits = 0;
-        while ((std::uint64_t{1} << bits) < known) ++bits;
-        vertex = first + source.raw(wanted.vertex - first, bits);
-        if (vertex - first >= known || vertex == origin(h) || vertex == target(h)) return corrupt;
-      }
-      const std::uint32_t added = add_face(target(h), origin(h), vertex);
-      source.told_face(h, added, vertex);
-    }
-    state.seeds.push_back({first, first + 1});
-  }
-  const auto count = static_cast<std::uint32_t>(reference.size());
-  Result<HalfEdgeMesh> mesh = HalfEdgeMesh::build(faces, count);
-  if (!mesh) return Error{ErrorCode::corrupt_data, 0, "the base mesh is not a manifold: " + mesh.error().detail};
-  state.mesh = std::move(mesh).value();
-
-  std::array<SignedModel, 3> start_model;  // first vertices of components, against the one before
-  std::array<SignedModel, 3> step_model;   // all others, against the parallelogram, drawn in by half
-  state.points.reserve(count);
-  const std::int32_t most = state.lattice.max_index() >> state.shift;
-  LatticePoint start{most / 2, most / 2, most / 2};
-  for (std::uint32_t v = 0; v < count; ++v) {
-    const Reference& from = reference[v];
-    const LatticePoint wanted = cell_of(source.wanted_point(v), state.shift);
-    LatticePoint point{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::int32_t guess = start[axis];
-      if (from.a != kNone) {
-        const std::int32_t a = state.points[from.a][axis];
-        const std::int32_t b = state.points[from.b][axis];
-        const std::int32_t twice_apex = from.apex == kNone ? a + b : 2 * state.points[from.apex][axis];
-        guess = std::clamp((3 * (a + b) - twice_apex) / 4, 0, most);
-      }
-      SignedModel& model = from.a == kNone ? start_model[axis] : step_model[axis];
-      const std::int64_t value = std::int64_t{guess} + model.code(source, wanted[axis] - guess);
-      if (value < 0 || value > most) return corrupt;
-      point[axis] = static_cast<std::int32_t>(value);
-    }
-    if (from.a == kNone) start = point;
-    state.points.push_back(point);
-  }
-  for (LatticePoint& point : state.points) point = middle_of(point, state.shift);
-  state.surface.build(state.mesh, state.points);
-  source.told_part(PacketPart::base);
-  return {};
+  return code_base_mesh(state, source, max_vertices, max_faces, shift);
 }
 
 }  // namespace pmcd::codec

@@ -10,8 +10,11 @@
 namespace pmcd::codec {
 namespace {
 
-// Below this many vertices coarser levels show nothing more; each further component may keep a few.
-constexpr std::uint32_t kSmallBase = 24;
+// A base mesh of so many vertices is small: from about 60 on one sees what it is, in 400 bytes; below, levels only bend
+// away from the shape. A small mesh goes down further, so that it has levels too; many components keep a few each.
+constexpr std::uint32_t kSmallBase = 80;
+constexpr std::uint32_t kSmallestBase = 24;
+constexpr std::uint32_t kShareOfSmallBase = 12;
 constexpr std::uint32_t kSmallComponent = 6;
 // A pass that removes less than this share of the vertices has stalled.
 constexpr double kStall = 0.08;
@@ -113,6 +116,7 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
                                  const DecimationOptions& options, const DecimationProgress& progress,
                                  bool& cancelled) {
   cancelled = false;
+  if (seeds.empty()) return {};
   std::vector<PassRecord> passes;
   std::uint32_t left = 0;
   bool has_boundary = false;
@@ -121,13 +125,14 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
     ++left;
     has_boundary = has_boundary || mesh.is_boundary(v);
   }
-  const std::uint64_t small = kSmallBase + std::uint64_t{kSmallComponent} * (seeds.empty() ? 0 : seeds.size() - 1);
+  const std::uint64_t of_components = kSmallestBase + std::uint64_t{kSmallComponent} * (seeds.size() - 1);
+  const std::uint64_t small = std::max<std::uint64_t>(of_components, std::min(left / kShareOfSmallBase, kSmallBase));
   GeometricLimits limits = options.limits;
   bool limited = true;
   Marks marks;
   PassKind kind = PassKind::decimating;
   std::uint32_t removed_by_pair = 0;
-  while (!seeds.empty()) {
+  for (;;) {
     PassRecord record;
     record.kind = kind;
     RemovingDriver driver(mesh, points, marks, limits, record);
@@ -149,13 +154,14 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
       continue;
     }
     kind = PassKind::decimating;
+    if (left <= small) break;
     // The last few vertices may go one by one for a while; a decoder accepts only so many passes.
     if (passes.size() >= kMaxPassesDown) break;
     const bool stalled = removed_by_pair < kStall * (left + removed_by_pair);
     if (stalled && limited) {
       limits = {};
       limited = false;
-    } else if (removed_by_pair == 0 || left <= small) {
+    } else if (removed_by_pair == 0) {
       break;
     }
     removed_by_pair = 0;

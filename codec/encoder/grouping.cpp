@@ -75,11 +75,16 @@ std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<c
   if (most_packets) {
     return group_by_growth(base, vertices_after, root(vertices_after.back() / base, *most_packets), most_packets);
   }
-  double growth = kUsualGrowth;
-  std::vector<std::uint32_t> groups = group_by_growth(base, vertices_after, growth, most_packets);
-  while (vertices_after.back() > kLargeMesh && groups.size() < kFewestPackets && growth > 1) {
-    growth -= 0.05;
-    groups = group_by_growth(base, vertices_after, growth, most_packets);
+  std::vector<std::uint32_t> groups = group_by_growth(base, vertices_after, kUsualGrowth, most_packets);
+  // Too few: the coarse ones part, where a packet more costs least of what is seen.
+  for (std::size_t k = 0; k < groups.size() && vertices_after.back() > kLargeMesh && groups.size() < kFewestPackets;) {
+    if (groups[k] < 2) {
+      ++k;
+      continue;
+    }
+    const std::uint32_t half = groups[k] / 2;
+    groups[k] -= half;
+    groups.insert(groups.begin() + static_cast<std::ptrdiff_t>(k), half);
   }
   return groups;
 }

@@ -88,6 +88,9 @@ class PlanWriter {
     return plan_.points[plan_.to_original[vertex]];
   }
   [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(plan_.seeds.size()); }
+  [[nodiscard]] bool wanted_boundary() const;
+  /// The base's coordinates of one axis as cells of 2^shift, ascending, if they repeat enough to be worth a list.
+  [[nodiscard]] std::vector<std::int32_t> wanted_values(std::size_t axis, unsigned shift) const;
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const;
   [[nodiscard]] std::uint32_t wanted_isolated() const {
     return with_isolated_ ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
@@ -118,6 +121,13 @@ class PlanWriter {
            (base_first_[decoder_halfedge / 3] + decoder_halfedge % 3) % 3;
   }
 
+  // The decoder's next face begins with this half-edge of the base.
+  void tell(std::uint32_t first) {
+    std::uint32_t number = 3 * static_cast<std::uint32_t>(base_first_.size());
+    base_first_.push_back(first);
+    for (int i = 0; i < 3; ++i, first = HalfEdgeMesh::next(first)) told_[first] = number++;
+  }
+
   EncodingPlan& plan_;
   std::span<const PassRecord> passes_;
   unsigned shift_;
@@ -129,22 +139,53 @@ class PlanWriter {
   std::size_t next_removed_ = 0;
   double counted_bits_ = 0;
   std::vector<std::uint32_t> base_first_;  ///< by decoder face: the base's half-edge that is its first
+  std::vector<std::uint32_t> told_;        ///< by half-edge of the base: the decoder's, kNone while not told
   std::vector<std::uint32_t> to_decoder_;  ///< by original vertex, of the base
 };
 
+inline bool PlanWriter::wanted_boundary() const {
+  for (std::uint32_t h = 0; h < 3 * plan_.base.face_count(); ++h) {
+    if (!plan_.base.is_free_slot(HalfEdgeMesh::face_of(h)) && plan_.base.opposite(h) == kNone) return true;
+  }
+  return false;
+}
+
+inline std::vector<std::int32_t> PlanWriter::wanted_values(std::size_t axis, unsigned shift) const {
+  std::vector<std::int32_t> values;
+  for (std::uint32_t v = 0; v < plan_.base.vertex_count(); ++v) {
+    if (plan_.base.outgoing(v) != kNone) values.push_back(plan_.points[v][axis] >> shift);
+  }
+  const std::size_t vertices = values.size();
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  // The list costs a few bits a value more than it saves at its first use.
+  constexpr std::size_t kUses = 4;
+  if (values.size() * kUses > vertices) values.clear();
+  return values;
+}
+
 inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
-  const std::uint32_t across = plan_.base.opposite(planned(halfedge));
-  if (across == kNone) return {BaseStep::Kind::boundary, 0};
-  const std::uint32_t vertex = to_decoder_[plan_.base.apex(across)];
-  if (vertex == kNone) return {BaseStep::Kind::new_vertex, 0};
-  return {BaseStep::Kind::known_vertex, vertex};
+  const HalfEdgeMesh& base = plan_.base;
+  const std::uint32_t across = base.opposite(planned(halfedge));
+  if (across == kNone) return {BaseStep::Kind::boundary, kNone, false};
+  if (to_decoder_[base.apex(across)] == kNone) return {BaseStep::Kind::new_vertex, kNone, false};
+  // The face's neighbour around the known vertex, first on the side of the gate's origin.
+  std::uint32_t h = base.opposite(HalfEdgeMesh::next(across));
+  while (h != kNone && told_[h] == kNone) h = base.turn_left(h);
+  if (h != kNone) return {BaseStep::Kind::known_vertex, told_[h], false};
+  h = base.opposite(HalfEdgeMesh::prev(across));
+  while (h != kNone && told_[h] == kNone) h = base.opposite(HalfEdgeMesh::next(h));
+  return {BaseStep::Kind::known_vertex, h == kNone ? kNone : told_[h], true};
 }
 
 inline void PlanWriter::told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t /*face*/) {
-  if (to_decoder_.empty()) to_decoder_.assign(plan_.base.vertex_count(), kNone);
+  if (to_decoder_.empty()) {
+    to_decoder_.assign(plan_.base.vertex_count(), kNone);
+    told_.assign(3 * std::size_t{plan_.base.face_count()}, kNone);
+  }
   const Seed& seed = plan_.seeds[component];
   const std::uint32_t h = plan_.base.find_halfedge(seed.s, seed.t);
-  base_first_.push_back(h);
+  tell(h);
   const std::uint32_t third = plan_.base.apex(h);
   std::uint32_t number = first_vertex;
   for (std::uint32_t v : {seed.s, seed.t, third}) {
@@ -155,7 +196,7 @@ inline void PlanWriter::told_component(std::uint32_t component, std::uint32_t fi
 
 inline void PlanWriter::told_face(std::uint32_t beyond, std::uint32_t /*face*/, std::uint32_t vertex) {
   const std::uint32_t across = plan_.base.opposite(planned(beyond));
-  base_first_.push_back(across);
+  tell(across);
   if (vertex < plan_.to_original.size()) return;
   to_decoder_[plan_.base.apex(across)] = vertex;
   plan_.to_original.push_back(plan_.base.apex(across));

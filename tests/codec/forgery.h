@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codec/base/base_mesh.h"
+#include "codec/entropy/integer_model.h"
 #include "codec/entropy/range_coder.h"
 #include "codec/level_state.h"
 #include "codec/packet/base_header.h"
@@ -34,6 +35,22 @@ inline std::vector<std::byte> base_payload(const std::function<void(RangeEncoder
   return payload;
 }
 
+/// A number as the count of components is coded, at the start of a stream.
+inline void write_count(RangeEncoder& encoder, std::uint32_t count) {
+  struct Writer {
+    RangeEncoder& encoder;
+    bool bit(AdaptiveBit& model, bool value) const {
+      encoder.bit(model, value);
+      return value;
+    }
+    std::uint32_t raw(std::uint32_t value, unsigned bits) const {
+      if (bits > 0) encoder.raw(value, bits);
+      return value;
+    }
+  } writer{encoder};
+  UnsignedModel().code(writer, count);
+}
+
 /// The Source that writes whatever it is told to: one component, whose growth `beyond` decides.
 class LyingSource {
  public:
@@ -56,6 +73,8 @@ class LyingSource {
   void finish() { encoder_.finish(); }
 
   [[nodiscard]] static std::uint32_t wanted_components() { return 1; }
+  [[nodiscard]] static bool wanted_boundary() { return true; }
+  [[nodiscard]] static std::vector<std::int32_t> wanted_values(std::size_t /*axis*/, unsigned /*shift*/) { return {}; }
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const { return beyond_(halfedge); }
   [[nodiscard]] static LatticePoint wanted_point(std::uint32_t /*vertex*/) { return {2047, 2047, 2047}; }
   void told_component(std::uint32_t /*component*/, std::uint32_t /*first_vertex*/, std::uint32_t /*face*/) {}

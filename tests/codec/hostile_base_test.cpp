@@ -10,6 +10,7 @@
 #include "codec/decoder.h"
 #include "codec/lattice/ordered_float.h"
 #include "tests/codec/forgery.h"
+#include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 
 namespace pmcd::codec::testing {
@@ -26,8 +27,8 @@ Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::functio
   LyingSource source(payload, beyond);
   LevelState state;
   state.lattice = lattice;
-  (void)code_base_mesh(state, source, vertices, faces);  // what it writes counts, not what it thinks of it
-  source.raw(0, 2);                                      // no isolated vertices, no exactness
+  (void)code_base_mesh(state, source, vertices, faces, 0);  // what it writes counts, not what it thinks of it
+  source.raw(0, 2);                                         // no isolated vertices, no exactness
   source.finish();
   PacketHeader header;
   header.last = true;
@@ -38,11 +39,11 @@ Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::functio
 
 TEST(HostileBase, MeshesThatAreNotManifoldAreRefused) {
   using enum BaseStep::Kind;
-  // Beyond every open edge the same known vertex: faces over faces.
-  for (std::uint32_t known : {0u, 1u, 2u}) {
+  // Three new vertices, then beyond every open edge what leaves the same known one: faces over faces.
+  for (std::uint32_t known : {0u, 1u, 2u, 5u, 8u}) {
     std::uint32_t asked = 0;
     const Bytes packet = lying_base(50, 40, [&](std::uint32_t) {
-      return ++asked < 3 ? BaseStep{new_vertex, 0} : BaseStep{known_vertex, known};
+      return ++asked < 4 ? BaseStep{new_vertex} : BaseStep{known_vertex, known};
     });
     Decoder decoder;
     const Result<Level> level = decoder.apply(packet);
@@ -59,9 +60,9 @@ double seconds_for_fan(std::uint32_t faces, bool arriving) {
   std::uint32_t made = 1;
   const Bytes packet = lying_base(faces + 2, faces, [&](std::uint32_t h) {
     const bool of_hub = arriving ? h % 3 == 2 : h == 0 || (h > 2 && h % 3 == 1);
-    if (!of_hub || made == faces) return BaseStep{boundary, 0};
+    if (!of_hub || made == faces) return BaseStep{boundary};
     ++made;
-    return BaseStep{new_vertex, 0};
+    return BaseStep{new_vertex};
   });
   EXPECT_EQ(made, faces);
   EXPECT_LT(packet.size(), faces);
@@ -71,13 +72,15 @@ double seconds_for_fan(std::uint32_t faces, bool arriving) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// A strip of new vertices, then vertex 0 again and again: as many wedges open at one vertex as can be.
+// New vertices, then half-edges of one vertex again and again: as many wedges open at one vertex as can be.
 TEST(HostileBase, PileOfWedgesIsReadInLinearTimeOrRefused) {
   using enum BaseStep::Kind;
   constexpr std::uint32_t kFaces = 60'000;
   std::uint32_t asked = 0;
   const Bytes packet = lying_base(kFaces, kFaces, [&](std::uint32_t) {
-    return ++asked < kFaces / 3 ? BaseStep{new_vertex, 0} : BaseStep{known_vertex, 0};
+    // The face before attached to vertex 0 by its third half-edge, or its gate was the boundary.
+    ++asked;
+    return asked < kFaces / 3 || asked % 2 == 0 ? BaseStep{new_vertex} : BaseStep{known_vertex, 3 * asked - 1};
   });
   Decoder decoder;
   const auto start = std::chrono::steady_clock::now();
@@ -85,6 +88,33 @@ TEST(HostileBase, PileOfWedgesIsReadInLinearTimeOrRefused) {
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 2.0);
   ASSERT_FALSE(level.ok());
   EXPECT_NE(level.error().code, ErrorCode::internal_error);
+}
+
+// Whatever the bytes, the time is bounded by what the packet claims and how long it is.
+TEST(HostileBase, RandomBytesAreRefusedSoon) {
+  Random random(7);
+  for (unsigned round = 0; round < 400; ++round) {
+    Bytes payload;
+    Lattice lattice;
+    lattice.bits = 4 + round % 21;
+    lattice.step = 0.001;
+    append_base_header(payload, lattice, round % 2 == 1);
+    const std::uint32_t bias = 1 + random.below(255);  // some streams lean towards zero bits, some towards ones
+    for (std::uint32_t size = 8 + random.below(round < 390 ? 2000 : 60'000), i = 0; i < size; ++i) {
+      payload.push_back(static_cast<std::byte>(random.below(256) & random.below(256) & bias));
+    }
+    PacketHeader header;
+    header.last = true;
+    header.vertices = 200'000;
+    header.faces = 400'000;
+    const Bytes packet = forged_packet(header, payload);
+    Decoder decoder;
+    const auto start = std::chrono::steady_clock::now();
+    const Result<Level> level = decoder.apply(packet);
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 3.0) << round;
+    ASSERT_FALSE(level.ok());
+    EXPECT_NE(level.error().code, ErrorCode::internal_error);
+  }
 }
 
 TEST(HostileBase, HugeFanIsReadInLinearTime) {
@@ -102,9 +132,9 @@ Bytes one_isolated_vertex(const Lattice& lattice, bool lossless, const LatticePo
   Bytes payload;
   append_base_header(payload, lattice, lossless);
   LyingSource source(payload, {});
-  source.raw(0, 32);  // no component
-  source.raw(1, 1);   // isolated vertices:
-  source.raw(1, 32);  // one
+  UnsignedModel().code(source, 0);  // no component
+  source.raw(1, 1);                 // isolated vertices:
+  source.raw(1, 32);                // one
   std::array<SignedModel, 3> models;
   for (std::size_t axis = 0; axis < 3; ++axis) models[axis].code(source, point[axis] - lattice.max_index() / 2);
   write(source);
