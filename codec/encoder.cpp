@@ -164,7 +164,7 @@ Status make_plan(const TriangleMesh& mesh, const Lattice& lattice, EncodingPlan&
 
 // How many passes each packet takes, given what is left for the base mesh.
 std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std::uint32_t vertices_in_faces,
-                                        std::optional<unsigned> most_packets) {
+                                        const EncodeOptions& options, std::optional<unsigned> most_packets) {
   std::uint32_t vertices = vertices_in_faces;
   for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());
   const std::uint32_t base_vertices = vertices;
@@ -173,7 +173,12 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
     vertices += static_cast<std::uint32_t>(pass.removed.size());
     vertices_after.push_back(vertices);
   }
-  return group_passes(base_vertices, vertices_after, most_packets);
+  Growth growth;
+  if (options.effort == Effort::best) {  // four passes in the last packet
+    growth.last = 3;
+    growth.last_most = 4.4;
+  }
+  return group_passes(base_vertices, vertices_after, most_packets, growth);
 }
 
 // The way down and up again; without `levels` the base packet is the whole mesh.
@@ -215,13 +220,14 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   const bool exact = lossless && total > 0;
   const bool exact_apart = exact && (passes.empty() || !most || *most > 1);
   if (most && exact_apart && *most > 1) --*most;
-  const std::vector<std::uint32_t> groups = plan_packets(passes, in_faces, most);
+  const std::vector<std::uint32_t> groups = plan_packets(passes, in_faces, options, most);
 
   w.state.lattice = *lattice;
   w.state.lossless = lossless;
   const LevelBounds bounds{total, static_cast<std::uint32_t>(mesh.faces.size())};
   const Alignment alignment = alignment_of(mesh, w.plan.points);
   const PrecisionPlan precision(mesh, w.plan.points, alignment);
+  w.plan.guessing = options.effort == Effort::best ? Guessing::often : Guessing::once;
   w.plan.structured = alignment != Alignment::none;
   std::uint32_t vertices = in_faces;
   for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());

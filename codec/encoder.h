@@ -14,7 +14,14 @@
 
 namespace pmcd::codec {
 
+/// How hard the encoder tries. Every decoder reads both; best decodes at about two thirds of the speed.
+enum class Effort : std::uint8_t {
+  standard,
+  best  ///< a larger last packet, more guesses, and the smallest of several encodings
+};
+
 struct EncodeOptions {
+  Effort effort = Effort::standard;
   /// Bits of the cubic lattice, 4 to 24: the last level is the mesh snapped to it. None: lossless, every bit of every
   /// coordinate comes back with the last packet.
   std::optional<unsigned> bits;

@@ -6,13 +6,6 @@
 namespace pmcd::codec {
 namespace {
 
-// One pass takes out a quarter to a third, so groups of two passes grow 1.8 to 2.2 times.
-constexpr double kUsualGrowth = 1.75;
-// The finest level holds most of the bytes and gains most from seeing all its connectivity first: three passes.
-constexpr double kLastGrowth = 2.2;
-// No level grows by more than this, unless a single pass does.
-constexpr double kMostGrowth = 3.0;
-
 // A mesh of more vertices than this is worth at least so many packets after the base.
 constexpr std::uint32_t kLargeMesh = 5000;
 constexpr std::size_t kFewestPackets = 7;
@@ -30,9 +23,9 @@ double root(double x, unsigned n) {
   return low;
 }
 
-// Groups that each grow at least `growth` times, but for what is left over at the coarse end.
-std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uint32_t> vertices_after, double growth,
-                                           std::optional<unsigned> most_packets) {
+// Groups that each grow at least as wanted, but for what is left over at the coarse end.
+std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uint32_t> vertices_after,
+                                           const Growth& growth, std::optional<unsigned> most_packets) {
   std::vector<std::uint32_t> groups;
   auto before = [&](std::size_t pass) { return pass == 0 ? base : static_cast<double>(vertices_after[pass - 1]); };
 
@@ -40,14 +33,14 @@ std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uin
   double level_end = vertices_after.back();
   std::uint32_t in_group = 0;
   for (std::size_t pass = vertices_after.size(); pass-- > 0;) {
-    if (in_group > 0 && !most_packets && level_end > kMostGrowth * before(pass)) {
+    const bool is_last = groups.empty();
+    if (in_group > 0 && !most_packets && level_end > (is_last ? growth.last_most : growth.most) * before(pass)) {
       groups.push_back(in_group);
       in_group = 0;
       level_end = vertices_after[pass];
     }
     ++in_group;
-    const double wanted = groups.empty() && !most_packets ? std::max(growth, kLastGrowth) : growth;
-    if (level_end < wanted * before(pass)) continue;
+    if (level_end < (groups.empty() ? growth.last : growth.usual) * before(pass)) continue;
     groups.push_back(in_group);
     in_group = 0;
     level_end = before(pass);
@@ -56,7 +49,7 @@ std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uin
     const bool too_many = most_packets && groups.size() >= *most_packets;
     const double first_of_next =
         groups.empty() ? 0 : vertices_after[static_cast<std::size_t>(in_group) + groups.back() - 1];
-    if (!groups.empty() && (too_many || first_of_next <= kMostGrowth * base)) {
+    if (!groups.empty() && (too_many || first_of_next <= growth.most * base)) {
       groups.back() += in_group;
     } else {
       groups.push_back(in_group);
@@ -69,13 +62,14 @@ std::vector<std::uint32_t> group_by_growth(double base, std::span<const std::uin
 }  // namespace
 
 std::vector<std::uint32_t> group_passes(std::uint32_t base_vertices, std::span<const std::uint32_t> vertices_after,
-                                        std::optional<unsigned> most_packets) {
+                                        std::optional<unsigned> most_packets, const Growth& growth) {
   if (vertices_after.empty()) return {};
   const double base = std::max(1u, base_vertices);
   if (most_packets) {
-    return group_by_growth(base, vertices_after, root(vertices_after.back() / base, *most_packets), most_packets);
+    const double even = root(vertices_after.back() / base, *most_packets);
+    return group_by_growth(base, vertices_after, {even, even, even, even}, most_packets);
   }
-  std::vector<std::uint32_t> groups = group_by_growth(base, vertices_after, kUsualGrowth, most_packets);
+  std::vector<std::uint32_t> groups = group_by_growth(base, vertices_after, growth, most_packets);
   // Too few: the coarse ones part, where a packet more costs least of what is seen.
   for (std::size_t k = 0; k < groups.size() && vertices_after.back() > kLargeMesh && groups.size() < kFewestPackets;) {
     if (groups[k] < 2) {
