@@ -21,6 +21,7 @@ namespace pmcd::codec {
 /// The models live on from packet to packet; nothing is reset.
 struct Models {
   SymbolModel symbol;
+  SymbolModel clean;  ///< of cleaning passes
   AdaptiveBit ear;  ///< beyond a boundary edge, in ear passes
   ResidualModel residual;
   std::array<SignedModel, 3> isolated;  ///< per axis

@@ -98,7 +98,9 @@ bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangu
     for (unsigned e = 0; e < 3; ++e, h = HalfEdgeMesh::next(h)) {
       const std::uint8_t edge = triangulation.ring_edge[k][e];
       patch.ring[triangulation.corner[k][e]] = mesh.origin(h);
-      if (edge != Triangulation::kDiagonal) patch.outside[edge] = mesh.opposite(h);
+      if (edge == Triangulation::kDiagonal) continue;
+      patch.inside[edge] = h;
+      patch.outside[edge] = mesh.opposite(h);
     }
   }
   for (unsigned i = 1; i < patch.size; ++i) {

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Probabilities of a few alternatives from real-valued inputs, learnt as it goes: multinomial logistic regression by
+// stochastic gradient descent (a softmax; the mixing of models in the logistic domain is Mahoney's, PAQ7, 2005), and
+// counted probabilities whose logarithms are inputs to it. Single precision, + - * / only, in a fixed order, so every
+// IEEE build learns the same. It codes nothing.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cfloat>
+#include <cstddef>
+#include <cstdint>
+
+namespace pmcd::codec {
+
+static_assert(FLT_EVAL_METHOD == 0, "the codec's predictions need plain single-precision arithmetic");
+
+/// log2 x within 0.001. REQUIRES: x > 0 and normal.
+inline float fast_log2(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  const auto exponent = static_cast<float>(static_cast<std::int32_t>(bits >> 23) - 127);
+  const float t = std::bit_cast<float>((bits & 0x007FFFFFu) | 0x3F800000u) - 1.0f;
+  return exponent + t * (1.4391f + t * (-0.6785f + t * (0.3202f + t * -0.0808f)));
+}
+
+/// 2^x within 0.02 %. REQUIRES: -100 <= x <= 100.
+inline float fast_exp2(float x) {
+  const auto shifted = static_cast<std::int32_t>(x + 128.0f);  // floor: the sum is positive
+  const float t = x + 128.0f - static_cast<float>(shifted);
+  const float power = std::bit_cast<float>(static_cast<std::uint32_t>(shifted - 1) << 23);
+  return power * (1.0f + t * (0.69580f + t * (0.22606f + t * 0.07814f)));
+}
+
+/// Inputs in lanes of four: a sum over them has one order, whether or not a compiler takes four at a time.
+template <std::size_t kCount>
+struct Inputs {
+  static_assert(kCount % 4 == 0);
+  alignas(16) std::array<float, kCount> value{};
+};
+
+template <std::size_t kCount>
+float dot(const Inputs<kCount>& a, const Inputs<kCount>& b) {
+  std::array<float, 4> lane{};
+  for (std::size_t i = 0; i < kCount; i += 4) {
+    for (std::size_t j = 0; j < 4; ++j) lane[j] += a.value[i + j] * b.value[i + j];
+  }
+  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+}
+
+/// a += k b
+template <std::size_t kCount>
+void add_scaled(Inputs<kCount>& a, float k, const Inputs<kCount>& b) {
+  for (std::size_t i = 0; i < kCount; ++i) a.value[i] += k * b.value[i];
+}
+
+/// Scores (log2 of odds) -> probabilities, in place. REQUIRES: count > 0.
+inline void softmax(float* score, std::size_t count) {
+  float most = score[0];
+  for (std::size_t i = 1; i < count; ++i) most = std::max(most, score[i]);
+  float sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    score[i] = fast_exp2(std::max(score[i] - most, -30.0f));
+    sum += score[i];
+  }
+  const float share = 1.0f / sum;
+  for (std::size_t i = 0; i < count; ++i) score[i] *= share;
+}
+
+/// Shares of kCount alternatives as a running mean, then an exponential window.
+template <std::size_t kCount>
+class CountedShares {
+ public:
+  [[nodiscard]] float log2_share(std::size_t i) const { return fast_log2(share_[i]); }
+
+  void update(std::size_t seen, float slowest) {
+    const float rate = std::max(1.0f / (count_ + 1.6f), slowest);
+    count_ += 1;
+    for (std::size_t i = 0; i < kCount; ++i) share_[i] += rate * ((i == seen ? 1.0f : kFloor) - share_[i]);
+  }
+
+ private:
+  static constexpr float kFloor = 0.002f;
+  std::array<float, kCount> share_ = [] {
+    std::array<float, kCount> even{};
+    for (float& s : even) s = 1.0f / static_cast<float>(kCount);
+    return even;
+  }();
+  float count_ = 0;
+};
+
+}  // namespace pmcd::codec
