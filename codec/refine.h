@@ -27,7 +27,12 @@ template <typename Source>
 class InsertingDriver {
  public:
   InsertingDriver(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source)
-      : state_(state), marks_(marks), kind_(kind), bounds_(bounds), source_(source), surroundings_(state.mesh, state.points, kind, state.models.symbol.begin_pass(state.mesh.vertex_count())) {}
+      : state_(state),
+        marks_(marks),
+        kind_(kind),
+        bounds_(bounds),
+        source_(source),
+        surroundings_(state.mesh, state.points, kind, state.models.symbol.begin_pass(state.mesh.vertex_count())) {}
 
   void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
 
@@ -37,14 +42,13 @@ class InsertingDriver {
     HalfEdgeMesh& mesh = state_.mesh;
     SymbolModel& model = kind_ == PassKind::cleaning ? state_.models.clean : state_.models.symbol;
     const std::span<Hypothesis> hypotheses = surroundings_.look(mesh, state_.points, marks_, gate, tag_s, tag_t);
-    const Hypothesis* holds =
-        model.code(source_, mesh, marks_, surroundings_, gate, tag_s, tag_t, hypotheses, wanted);
-    const Symbol symbol = holds->symbol;
+    const Hypothesis& holds = model.code(source_, mesh, marks_, gate, tag_s, tag_t, hypotheses, wanted);
+    const Symbol symbol = holds.symbol;
     if (symbol == kNull) {
       surroundings_.keep(mesh, gate);
       return symbol;
     }
-    patch = holds->patch;
+    patch = holds.patch;
     if (mesh.vertex_count() >= bounds_.vertices ||
         mesh.face_count() + 2 > bounds_.faces + (patch.is_border() ? 1 : 0)) {
       return kImpossible;
@@ -63,7 +67,7 @@ class InsertingDriver {
     const std::uint32_t vertex = mesh.add_vertex();
     state_.points.push_back(provisional);
     insert_centre(mesh, patch, triangulation, vertex);
-    surroundings_.insert(*holds, triangulation);
+    surroundings_.insert(holds, triangulation);
     source_.told_inserted(vertex);
     return symbol;
   }

@@ -15,7 +15,8 @@ struct Vec3 {
 };
 
 Vec3 between(const LatticePoint& from, const LatticePoint& to) {
-  return {static_cast<float>(to[0] - from[0]), static_cast<float>(to[1] - from[1]), static_cast<float>(to[2] - from[2])};
+  return {static_cast<float>(to[0] - from[0]), static_cast<float>(to[1] - from[1]),
+          static_cast<float>(to[2] - from[2])};
 }
 
 float squared(const Vec3& a) {
@@ -23,6 +24,11 @@ float squared(const Vec3& a) {
 }
 
 constexpr float kLeast = 0.05f;  // lattice units; lengths below it are no lengths
+
+// From the corner that a parallelogram over (0, b) against w expects to where it is.
+Vec3 kite_offset(const Vec3& b, const Vec3& w, const Vec3& actual) {
+  return {actual.x - b.x + w.x, actual.y - b.y + w.y, actual.z - b.z + w.z};
+}
 
 float guarded_log2(float x) {
   return fast_log2(std::max(x, kLeast));
@@ -69,8 +75,8 @@ std::uint8_t Surroundings::state_of(const HalfEdgeMesh& mesh, std::uint32_t v, u
                                    static_cast<std::uint32_t>(std::clamp(valence, 2, 11) - 2));
 }
 
-void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
-                                 Hypothesis& h) const {
+void Surroundings::describe_null(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
+                                 std::uint32_t gate, const Scale& scale, Hypothesis& h) const {
   const std::uint32_t t = mesh.target(gate);
   const std::uint32_t s = mesh.origin(gate);
   const std::uint32_t front = mesh.apex(gate);
@@ -78,30 +84,49 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   h.row = 0;
   h.vertices = 3;
   h.state = {state_of(mesh, t, 1, 0), state_of(mesh, front, 1, 0), state_of(mesh, s, 1, 0)};
-  const float conquered = marks.conquered[front] != 0 ? 1.0f : 0.0f;
-  auto taken = [&](std::uint32_t edge) {
-    const std::uint32_t across = mesh.opposite(edge);
-    return across == kNone || marks.face[HalfEdgeMesh::face_of(across)] != 0 ? 1.0f : 0.0f;
+  // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
+  const float unit = 1.0f / std::max(scale.edge, kLeast);
+  auto kite = [&](std::uint32_t inner) {
+    const std::uint32_t across = mesh.opposite(inner);
+    const LatticePoint& a = points[mesh.origin(inner)];
+    return 0.5f *
+           fast_log2(squared(kite_offset(between(a, points[mesh.target(inner)]), between(a, points[mesh.apex(across)]),
+                                         between(a, points[mesh.apex(inner)]))) *
+                         unit * unit +
+                     0.003f);
   };
-  const float beside = taken(HalfEdgeMesh::next(gate)) + taken(HalfEdgeMesh::prev(gate));
-  const float area = bounded(guarded_log2(face_[HalfEdgeMesh::face_of(gate)].area) - scale.log_area);
-  const float y = bounded(guarded_log2(length_[HalfEdgeMesh::next(gate)]) - scale.log_edge);
-  const float z = bounded(guarded_log2(length_[HalfEdgeMesh::prev(gate)]) - scale.log_edge);
-  const auto valence = static_cast<float>(std::min<std::uint32_t>(mesh.face_valence(front), 16));
-  h.input.value = {1.0f,
-                   area,
-                   std::abs(area),
-                   0.3f * area * area,
-                   conquered,
-                   y + z,
-                   std::abs(y) + std::abs(z),
-                   std::max(y, z),
-                   beside,
-                   0.2f * (valence - 6.0f),
-                   0.2f * static_cast<float>(std::min<std::uint32_t>(vertex_[front].open, 16)),
-                   0.2f * static_cast<float>(std::min<std::uint32_t>(vertex_[s].open + vertex_[t].open, 16)),
-                   front >= previous_ ? 1.0f : 0.0f,
-                   beside * conquered,
+  const float kite_gate = mesh.opposite(gate) == kNone ? 0.0f : bounded(kite(gate));
+  float kites = 0;
+  float kite_count = 0;
+  for (std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
+    const std::uint32_t across = mesh.opposite(inner);
+    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
+    kites += bounded(kite(inner));
+    kite_count += 1;
+  }
+  if (kite_count > 0) kites /= kite_count;
+  auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
+  const VertexSums& at_s = vertex_[s];
+  const VertexSums& at_t = vertex_[t];
+  auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
+  const float next = guarded_log2(length_[HalfEdgeMesh::next(gate)]);
+  const float prev = guarded_log2(length_[HalfEdgeMesh::prev(gate)]);
+  const float own = guarded_log2(length_[gate]);
+  h.input.value = {bounded(guarded_log2(face_[HalfEdgeMesh::face_of(gate)].area) - scale.log_area),
+                   bounded(next - scale.log_edge) + bounded(prev - scale.log_edge),
+                   few(mesh.face_valence(front)) - 1.2f,
+                   few(vertex_[front].open),
+                   few(vertex_[s].open + vertex_[t].open),
+                   recent(front),
+                   std::max(next, prev) - own,
+                   bounded(own - scale.log_edge),
+                   few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f,
+                   bounded(next - scale.log_edge) - bounded(prev - scale.log_edge),
+                   kite_gate,
+                   kites,
+                   recent(s) + recent(t),
+                   bounded(guarded_log2(at_s.area / std::max(at_s.faces, 1.0f)) - scale.log_area),
+                   bounded(guarded_log2(at_t.area / std::max(at_t.faces, 1.0f)) - scale.log_area),
                    0.0f};
 }
 
@@ -111,12 +136,16 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, std::span<const Latt
   const unsigned size = patch.size;
   const float share = 1.0f / static_cast<float>(size);
   FaceShape sum;
+  float least_face = 1e30f;
+  float most_face = 0;
   std::array<int, kMaxPatchSize> change{};
   for (unsigned i = 0; i < size; ++i) change[i] = 2;
   if (patch.is_border()) change[patch.closing] = change[patch.closing + 1] = 1;
   std::array<unsigned, kMaxPatchSize> closed{};
   for (unsigned k = 0; k < triangulation.triangles; ++k) {
     const FaceShape& face = face_[patch.slots[k]];
+    least_face = std::min(least_face, face.area);
+    most_face = std::max(most_face, face.area);
     sum = {sum.x + face.x, sum.y + face.y, sum.z + face.z, sum.area + face.area};
     for (std::uint8_t corner : triangulation.corner[k]) {
       --change[corner];
@@ -131,12 +160,22 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, std::span<const Latt
     mean = {mean.x + ring[i].x, mean.y + ring[i].y, mean.z + ring[i].z};
   }
   mean = {mean.x * share, mean.y * share, mean.z * share};
+  float diagonals = 0;
+  float diagonal_count = 0;
+  for (unsigned k = 1; k < triangulation.triangles; ++k) {
+    const auto& step = triangulation.step[k];
+    const unsigned a = triangulation.corner[step.from_triangle][step.from_edge];
+    const unsigned b = triangulation.corner[step.from_triangle][(step.from_edge + 1u) % 3];
+    diagonals += squared({ring[a].x - ring[b].x, ring[a].y - ring[b].y, ring[a].z - ring[b].z});
+    diagonal_count += 1;
+  }
   float least = 1e30f;
   float most = 0;
   float spokes = 0;
   float border = 0;
   float longest = 0;
-  float conquered = 0;
+  float shortest = 1e30f;
+  float ends = 0;
   float recent = 0;
   int regular = 0;
   for (unsigned i = 0; i < size; ++i) {
@@ -147,8 +186,9 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, std::span<const Latt
     const float edge = length_[patch.inside[i]];
     border += edge;
     longest = std::max(longest, edge);
+    shortest = std::min(shortest, edge);
+    if (i == 0 || i + 1 == size) ends += d;
     const std::uint32_t v = patch.ring[i];
-    conquered += marks.conquered[v] != 0 ? 1.0f : 0.0f;
     recent += v >= previous_ ? 1.0f : 0.0f;
     const std::uint8_t state = state_of(mesh, v, closed[i], change[i]);
     h.state[i] = state;
@@ -156,27 +196,43 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, std::span<const Latt
     regular += std::abs(after - 6) - std::abs(after - change[i] - 6);
   }
   h.vertices = static_cast<std::uint8_t>(size);
+  const float unit = 1.0f / std::max(scale.edge, kLeast);
+  float kite_gate = 0;
+  float kites = 0;
+  float kite_count = 0;
+  for (unsigned i = 0; i < size; ++i) {
+    const std::uint32_t across = patch.outside[i];
+    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
+    const Vec3& a = ring[i];
+    const Vec3& b = ring[i + 1 < size ? i + 1 : 0];
+    const Vec3 w = between(points[patch.ring[0]], points[mesh.apex(across)]);
+    const Vec3 off{mean.x - a.x - b.x + w.x, mean.y - a.y - b.y + w.y, mean.z - a.z - b.z + w.z};
+    const float d = bounded(0.5f * fast_log2(squared(off) * unit * unit + 0.003f));
+    if (i + 1 == size) kite_gate = d;
+    kites += d;
+    kite_count += 1;
+  }
+  if (kite_count > 0) kites /= kite_count;
   h.face_area = sum.area / static_cast<float>(patch.star_faces());
   h.spoke = std::sqrt(spokes * share);
   border *= share;
-  const float area = bounded(guarded_log2(h.face_area) - scale.log_area);
-  const float z = bounded(guarded_log2(h.spoke) - scale.log_edge);
-  const float y = bounded(guarded_log2(border) - scale.log_edge);
-  h.input.value = {1.0f,
-                   area,
-                   std::abs(area),
-                   0.3f * area * area,
-                   least / std::max(most, kLeast),
-                   0.3f * static_cast<float>(regular),
-                   0.2f * fast_log2(std::max(1.0f - flatness, 0.0f) + 0.002f),
-                   z,
-                   std::abs(z),
-                   y,
-                   std::abs(y),
-                   fast_log2(std::max(longest, kLeast) / std::max(border, kLeast)),
-                   conquered * share,
-                   recent * share,
-                   0.0f};
+  h.input.value = {
+      bounded(guarded_log2(h.face_area) - scale.log_area),
+      0.3f * static_cast<float>(regular),
+      0.2f * fast_log2(std::max(1.0f - flatness, 0.0f) + 0.002f),
+      bounded(guarded_log2(border) - scale.log_edge),
+      fast_log2(std::max(longest, kLeast) / std::max(border, kLeast)),
+      recent * share,
+      diagonal_count > 0 ? bounded(0.5f * guarded_log2(diagonals / diagonal_count) - scale.log_edge) : 0.0f,
+      bounded(0.5f * guarded_log2(0.5f * ends) - scale.log_edge),
+      fast_log2(std::max(shortest, kLeast) / std::max(border, kLeast)),
+      bounded(0.5f * guarded_log2(most) - scale.log_edge),
+      bounded(0.5f * guarded_log2(least) - scale.log_edge),
+      kite_gate,
+      kites,
+      kite_count * share,
+      bounded(guarded_log2(least_face) - scale.log_area),
+      bounded(guarded_log2(most_face) - scale.log_area)};
 }
 
 std::span<Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
@@ -196,9 +252,10 @@ std::span<Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, std::span<con
   Scale scale;
   scale.log_area =
       guarded_log2((at_s.area + at_t.area + at_front.area + prior_area) / (faces + at_front.faces + kPrior));
-  scale.log_edge = guarded_log2((at_s.perimeter + at_t.perimeter + prior_perimeter) / (3.0f * (faces + kPrior)));
+  scale.edge = (at_s.perimeter + at_t.perimeter + prior_perimeter) / (3.0f * (faces + kPrior));
+  scale.log_edge = guarded_log2(scale.edge);
 
-  describe_null(mesh, marks, gate, scale, hypothesis_[0]);
+  describe_null(mesh, points, marks, gate, scale, hypothesis_[0]);
   std::size_t count = 1;
   auto consider = [&](const Triangulation& triangulation, unsigned closing, Symbol symbol, std::size_t row) {
     Hypothesis& h = hypothesis_[count];

@@ -19,9 +19,8 @@
 
 namespace pmcd::codec {
 
-inline constexpr std::size_t kGeometricInputs = 15;
-inline constexpr std::size_t kSymbolContexts = 5;
-using SymbolInputs = Inputs<kGeometricInputs + kSymbolContexts>;
+inline constexpr std::size_t kSymbolInputs = 16;
+using SymbolInputs = Lanes<kSymbolInputs>;
 
 /// Rows of the models' tables: null, 3 to 6, border patches.
 inline constexpr std::size_t kSymbolRows = 5 + kBorderSymbols;
@@ -31,7 +30,7 @@ struct Hypothesis {
   std::uint8_t row = 0;
   std::uint8_t vertices = 0;                        ///< of the patch's ring or the null patch's face
   std::array<std::uint8_t, kMaxPatchSize> state{};  ///< of each afterwards: how open it is, its valence
-  SymbolInputs input;                               ///< features; those of contexts are the model's to fill in
+  SymbolInputs input;                               ///< features, see hypothesis.cpp
   Patch patch;                                      ///< unless it is the null patch
   float face_area = 0;                              ///< expected of each of its new faces
   float spoke = 0;                                  ///< expected length of its new edges
@@ -45,8 +44,7 @@ class Surroundings {
  public:
   /// REQUIRES: no face of the pass is decided yet. `previous` is the first vertex that the pass before inserted.
   /// [linear in the faces]
-  Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind,
-               std::uint32_t previous);
+  Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind, std::uint32_t previous);
 
   /// All that could stand before the gate; the null patch comes first, then border patches, then 6 to 3. The answer
   /// holds until the next call. [constant]
@@ -78,6 +76,7 @@ class Surroundings {
   struct Scale {
     float log_area = 0;  // log2 of the mean refined face at the gate, and of the mean refined edge
     float log_edge = 0;
+    float edge = 0;
   };
 
   void add_face(VertexSums& sums, float area, float perimeter) const {
@@ -86,8 +85,8 @@ class Surroundings {
     sums.faces += 1;
   }
   [[nodiscard]] std::uint8_t state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed, int change) const;
-  void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
-                     Hypothesis& hypothesis) const;
+  void describe_null(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
+                     std::uint32_t gate, const Scale& scale, Hypothesis& hypothesis) const;
   void describe_patch(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
                       const Triangulation& triangulation, const Scale& scale, Hypothesis& hypothesis) const;
 

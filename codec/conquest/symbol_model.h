@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The connectivity symbol at a gate: an online softmax over the hypotheses (hypothesis.h) that geometry and valences
-// speak for or against, with counted contexts as further voices; coded as binary decisions (null? else which patch?),
-// impossible ones left out at no cost. Written once for both directions.
+// The connectivity symbol at a gate: each hypothesis (hypothesis.h) gets a score from its features, from the states
+// its vertices would have and from a trained network (symbol_network.h); a softmax makes probabilities of them, which
+// are coded as binary decisions (null? else which patch?), impossible ones left out at no cost. The last layer adapts
+// to the mesh by stochastic gradient descent. Written once for both directions.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +12,7 @@
 
 #include "codec/conquest/conquest.h"
 #include "codec/conquest/hypothesis.h"
-#include "codec/conquest/patch.h"
-#include "codec/entropy/softmax.h"
+#include "codec/conquest/symbol_network.h"
 #include "codec/mesh/halfedge_mesh.h"
 
 namespace pmcd::codec {
@@ -23,62 +23,60 @@ class SymbolModel {
 
   /// Told the vertices before a pass; answers the first vertex that the pass before inserted.
   std::uint32_t begin_pass(std::uint32_t vertices) {
-    const std::uint32_t previous = before_previous_;
-    before_previous_ = vertices;
+    const std::uint32_t previous = before_;
+    before_ = vertices;
     return previous;
   }
 
-  /// Codes `wanted` (writing) or reads which of the hypotheses before the gate holds; null if none is `wanted`, which
-  /// no encoder asks for. REQUIRES: look()'s answer, the null patch first.
+  /// Codes `wanted` (writing) or reads which of the hypotheses before the gate holds; no encoder wants another.
+  /// REQUIRES: Surroundings::look's answer.
   template <typename Source>
-  const Hypothesis* code(Source& source, const HalfEdgeMesh& mesh, const Marks& marks,
-                         const Surroundings& surroundings, std::uint32_t gate, Tag tag_s, Tag tag_t,
-                         std::span<Hypothesis> hypotheses, Symbol wanted) {
-    Voices voices;
-    gather(mesh, marks, surroundings, gate, tag_s, tag_t, hypotheses, voices);
-    std::array<float, kSymbolRows> p{};
-    weigh(hypotheses, voices, p);
+  const Hypothesis& code(Source& source, const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                         Tag tag_t, std::span<const Hypothesis> hypotheses, Symbol wanted) {
+    Weighed weighed;
+    weigh(hypotheses, gate_state(mesh, marks, gate, tag_s, tag_t), marks.gate_parent, weighed);
     float rest = 1;
-    std::size_t seen = hypotheses.size();
-    for (std::size_t i = 0; i < hypotheses.size() && seen == hypotheses.size(); ++i) {
-      const bool only_one_left = i + 1 == hypotheses.size();
-      if (only_one_left || source.bit_at(chance_against(p[i], rest), wanted == hypotheses[i].symbol)) seen = i;
-      rest -= p[i];
+    std::size_t i = 0;
+    while (i + 1 < hypotheses.size() &&
+           !source.bit_at(chance_against(weighed.share[i], rest), wanted == hypotheses[i].symbol)) {
+      rest -= weighed.share[i++];
     }
-    learn(hypotheses, voices, p, seen);
-    return &hypotheses[seen];
+    learn(hypotheses, weighed, i);
+    return hypotheses[i];
   }
 
  private:
-  static constexpr std::size_t kSets = 64;
-  using Shares = CountedShares<6>;  // null, 3 to 6, border patches
-  static std::size_t share_row(std::size_t row) { return row < 5 ? row : 5; }
-
-  struct Voices {
-    std::size_t set = 0;
-    std::array<Shares*, kSymbolContexts> context{};
+  // Of the hypotheses at one gate.
+  struct Weighed {
+    std::array<float, kSymbolRows> share;
+    std::array<HiddenLanes, kSymbolRows> hidden;
   };
 
   // Of the next hypothesis not to hold, times 2^16, given that none before it does.
-  static std::uint32_t chance_against(float p, float rest) {
-    const float against = 1.0f - p / std::max(rest, 1e-9f);
+  static std::uint32_t chance_against(float share, float rest) {
+    const float against = 1.0f - share / std::max(rest, 1e-9f);
     return static_cast<std::uint32_t>(std::clamp(against * 65536.0f, 24.0f, 65512.0f));
   }
 
-  void gather(const HalfEdgeMesh& mesh, const Marks& marks, const Surroundings& surroundings, std::uint32_t gate,
-              Tag tag_s, Tag tag_t, std::span<Hypothesis> hypotheses, Voices& voices);
-  void weigh(std::span<const Hypothesis> hypotheses, const Voices& voices, std::array<float, kSymbolRows>& p) const;
-  void learn(std::span<const Hypothesis> hypotheses, const Voices& voices, const std::array<float, kSymbolRows>& p,
-             std::size_t seen);
+  static std::size_t gate_state(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                                Tag tag_t) {
+    const std::uint32_t front = mesh.apex(gate);
+    auto taken = [&](std::uint32_t edge) {
+      const std::uint32_t across = mesh.opposite(edge);
+      return across == kNone || marks.face[HalfEdgeMesh::face_of(across)] != 0 ? 1u : 0u;
+    };
+    const std::size_t beside = 2 * taken(HalfEdgeMesh::next(gate)) + taken(HalfEdgeMesh::prev(gate));
+    const std::size_t front_state = marks.conquered[front] == 0 ? 0u : static_cast<std::size_t>(marks.tag[front]) + 1u;
+    return (4 * front_state + beside) * 4 + (tag_s == Tag::plus ? 2u : 0u) + (tag_t == Tag::plus ? 1u : 0u);
+  }
 
-  std::uint32_t before_previous_ = 0;
-  std::array<std::array<SymbolInputs, kSymbolRows>, kSets> weight_{};
-  std::array<std::array<float, kVertexStates>, 2> state_weight_{};  // null patch, others
-  std::array<std::array<Shares, 4>, kParents> by_parent_;
-  std::array<std::array<std::array<Shares, 8>, 8>, 16> by_front_;
-  std::array<std::array<Shares, kVertexStates>, kVertexStates> by_ends_;
-  std::array<Shares, 16 * 4> by_tags_;
-  std::array<std::array<Shares, 16>, 16> by_area_;
+  void weigh(std::span<const Hypothesis> hypotheses, std::size_t state, std::size_t parent, Weighed& weighed) const;
+  void learn(std::span<const Hypothesis> hypotheses, const Weighed& weighed, std::size_t holds);
+
+  std::uint32_t before_ = 0;
+  std::array<SymbolInputs, kSymbolRows> linear_;
+  std::array<HiddenLanes, kSymbolRows> output_;
+  std::array<std::array<float, kVertexStates>, 2> state_;  // null patches, others
 };
 
 }  // namespace pmcd::codec

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Probabilities of a few alternatives from real-valued inputs, learnt as it goes: multinomial logistic regression by
-// stochastic gradient descent (a softmax; the mixing of models in the logistic domain is Mahoney's, PAQ7, 2005), and
-// counted probabilities whose logarithms are inputs to it. Single precision, + - * / only, in a fixed order, so every
-// IEEE build learns the same. It codes nothing.
+// Elementary functions for probabilities that are learnt in the logistic domain (the mixing of models there is
+// Mahoney's, PAQ7, 2005): logarithm, power and softmax in single precision, of + - * / in a fixed order only, so that
+// every IEEE build gives the same bits. It holds no model.
 #pragma once
 
 #include <algorithm>
@@ -32,29 +31,7 @@ inline float fast_exp2(float x) {
   return power * (1.0f + t * (0.69580f + t * (0.22606f + t * 0.07814f)));
 }
 
-/// Inputs in lanes of four: a sum over them has one order, whether or not a compiler takes four at a time.
-template <std::size_t kCount>
-struct Inputs {
-  static_assert(kCount % 4 == 0);
-  alignas(16) std::array<float, kCount> value{};
-};
-
-template <std::size_t kCount>
-float dot(const Inputs<kCount>& a, const Inputs<kCount>& b) {
-  std::array<float, 4> lane{};
-  for (std::size_t i = 0; i < kCount; i += 4) {
-    for (std::size_t j = 0; j < 4; ++j) lane[j] += a.value[i + j] * b.value[i + j];
-  }
-  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
-}
-
-/// a += k b
-template <std::size_t kCount>
-void add_scaled(Inputs<kCount>& a, float k, const Inputs<kCount>& b) {
-  for (std::size_t i = 0; i < kCount; ++i) a.value[i] += k * b.value[i];
-}
-
-/// Scores (log2 of odds) -> probabilities, in place. REQUIRES: count > 0.
+/// Scores (log2 of odds) -> probabilities, in place. REQUIRES: count > 0, finite scores.
 inline void softmax(float* score, std::size_t count) {
   float most = score[0];
   for (std::size_t i = 1; i < count; ++i) most = std::max(most, score[i]);
@@ -67,26 +44,26 @@ inline void softmax(float* score, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) score[i] *= share;
 }
 
-/// Shares of kCount alternatives as a running mean, then an exponential window.
+/// Floats in lanes of four: a sum over them has one order, whether or not a compiler takes four at a time.
 template <std::size_t kCount>
-class CountedShares {
- public:
-  [[nodiscard]] float log2_share(std::size_t i) const { return fast_log2(share_[i]); }
-
-  void update(std::size_t seen, float slowest) {
-    const float rate = std::max(1.0f / (count_ + 1.6f), slowest);
-    count_ += 1;
-    for (std::size_t i = 0; i < kCount; ++i) share_[i] += rate * ((i == seen ? 1.0f : kFloor) - share_[i]);
-  }
-
- private:
-  static constexpr float kFloor = 0.002f;
-  std::array<float, kCount> share_ = [] {
-    std::array<float, kCount> even{};
-    for (float& s : even) s = 1.0f / static_cast<float>(kCount);
-    return even;
-  }();
-  float count_ = 0;
+struct Lanes {
+  static_assert(kCount % 4 == 0);
+  alignas(16) std::array<float, kCount> value;
 };
+
+template <std::size_t kCount>
+float dot(const Lanes<kCount>& a, const Lanes<kCount>& b) {
+  std::array<float, 4> lane{};
+  for (std::size_t i = 0; i < kCount; i += 4) {
+    for (std::size_t j = 0; j < 4; ++j) lane[j] += a.value[i + j] * b.value[i + j];
+  }
+  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+}
+
+/// a += k b
+template <std::size_t kCount>
+void add_scaled(Lanes<kCount>& a, float k, const Lanes<kCount>& b) {
+  for (std::size_t i = 0; i < kCount; ++i) a.value[i] += k * b.value[i];
+}
 
 }  // namespace pmcd::codec
