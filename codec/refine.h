@@ -41,7 +41,7 @@ class InsertingDriver {
     const Symbol wanted = source_.wanted_symbol();
     HalfEdgeMesh& mesh = state_.mesh;
     SymbolModel& model = kind_ == PassKind::cleaning ? state_.models.clean : state_.models.symbol;
-    const std::span<Hypothesis> hypotheses = surroundings_.look(mesh, state_.points, marks_, gate, tag_s, tag_t);
+    const std::span<const Hypothesis> hypotheses = surroundings_.look(mesh, marks_, gate, tag_s, tag_t);
     const Hypothesis& holds = model.code(source_, mesh, marks_, gate, tag_s, tag_t, hypotheses, wanted);
     const Symbol symbol = holds.symbol;
     if (symbol == kNull) {
@@ -67,7 +67,7 @@ class InsertingDriver {
     const std::uint32_t vertex = mesh.add_vertex();
     state_.points.push_back(provisional);
     insert_centre(mesh, patch, triangulation, vertex);
-    surroundings_.insert(holds, triangulation);
+    surroundings_.insert(holds, triangulation, provisional);
     source_.told_inserted(vertex);
     return symbol;
   }

@@ -4,38 +4,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace pmcd::codec {
 namespace {
 
-struct Vec3 {
-  float x = 0;
-  float y = 0;
-  float z = 0;
-};
+// Lengths and areas below this are none, lattice units.
+constexpr float kLeast = 0.05f;
+// An offset is not nearer to nothing than this share of an edge, squared.
+constexpr float kLeastOffset = 0.003f;
+constexpr float kFarthest = 4.0f;
 
-Vec3 between(const LatticePoint& from, const LatticePoint& to) {
-  return {static_cast<float>(to[0] - from[0]), static_cast<float>(to[1] - from[1]),
-          static_cast<float>(to[2] - from[2])};
+Four at(const LatticePoint& p) {
+  return Four{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0};
 }
 
-float squared(const Vec3& a) {
-  return a.x * a.x + a.y * a.y + a.z * a.z;
+float squared(Four a) {
+  const Four square = a * a;
+  return square[0] + square[1] + square[2];
 }
 
-constexpr float kLeast = 0.05f;  // lattice units; lengths below it are no lengths
-
-// From the corner that a parallelogram over (0, b) against w expects to where it is.
-Vec3 kite_offset(const Vec3& b, const Vec3& w, const Vec3& actual) {
-  return {actual.x - b.x + w.x, actual.y - b.y + w.y, actual.z - b.z + w.z};
+Four cross(Four a, Four b) {
+  return Four{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], 0};
 }
 
-float guarded_log2(float x) {
-  return fast_log2(std::max(x, kLeast));
+Four guarded_log2(Four x) {
+  const Four least = Four{} + kLeast;
+  return fast_log2(x > least ? x : least);
 }
 
-float bounded(float x) {
-  return std::clamp(x, -4.0f, 4.0f);
+void bound(SymbolInputs& inputs) {
+  for (std::size_t i = 0; i < kSymbolInputs; i += 4) {
+    Four four = load_four(&inputs.value[i]);
+    four = four > -kFarthest ? four : Four{} - kFarthest;
+    four = four < kFarthest ? four : Four{} + kFarthest;
+    store_four(&inputs.value[i], four);
+  }
 }
 
 }  // namespace
@@ -46,37 +50,55 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
   if (kind == PassKind::ears) return;
   const std::uint32_t faces = mesh.face_count();
   face_.resize(faces);
-  length_.resize(3 * std::size_t{faces});
+  edge_.resize(3 * std::size_t{faces});
   vertex_.resize(mesh.vertex_count());
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    vertex_[v].position = at(points[v]);
+    vertex_[v].open = mesh.face_valence(v);
+  }
   for (std::uint32_t f = 0; f < faces; ++f) {
     const Face corners = mesh.face(f);
-    const LatticePoint& a = points[corners[0]];
-    const LatticePoint& b = points[corners[1]];
-    const LatticePoint& c = points[corners[2]];
-    const Vec3 ab = between(a, b);
-    const Vec3 ac = between(a, c);
-    const Vec3 normal{ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x};
-    face_[f] = {normal.x, normal.y, normal.z, std::sqrt(squared(normal))};
-    length_[3 * f] = std::sqrt(squared(ab));
-    length_[3 * f + 1] = std::sqrt(squared(between(b, c)));
-    length_[3 * f + 2] = std::sqrt(squared(ac));
-    for (std::size_t i = 0; i < 3; ++i) {
-      ++vertex_[corners[i]].open;
-      has_boundary_ = has_boundary_ || mesh.opposite(3 * f + static_cast<std::uint32_t>(i)) == kNone;
+    const Four a = vertex_[corners[0]].position;
+    const Four b = vertex_[corners[1]].position;
+    const Four c = vertex_[corners[2]].position;
+    const Four normal = cross(b - a, c - a);
+    const Four squares{squared(b - a), squared(c - b), squared(a - c), squared(normal)};
+    const Four logs = 0.5f * guarded_log2(squares);
+    face_[f] = {normal, std::sqrt(squares[3]), logs[3]};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      edge_[3 * f + i] = {std::sqrt(squares[i]), logs[i]};
+      has_boundary_ = has_boundary_ || mesh.opposite(3 * f + i) == kNone;
     }
   }
 }
 
-std::uint8_t Surroundings::state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed, int change) const {
-  const std::uint32_t open = vertex_[v].open > closed ? vertex_[v].open - closed : 0;
+inline std::uint8_t Surroundings::state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed,
+                                           int change) const {
+  const std::uint32_t open = std::min(vertex_[v].open - closed, 3u);
   int valence = static_cast<int>(std::min<std::uint32_t>(mesh.face_valence(v), 100)) + change;
   if (has_boundary_ && mesh.is_boundary(v)) valence += 3;
-  return static_cast<std::uint8_t>(std::min<std::uint32_t>(open, 3) * 10 +
-                                   static_cast<std::uint32_t>(std::clamp(valence, 2, 11) - 2));
+  return static_cast<std::uint8_t>(open * 10 + static_cast<std::uint32_t>(std::clamp(valence, 2, 11) - 2));
 }
 
-void Surroundings::describe_null(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
-                                 std::uint32_t gate, const Scale& scale, Hypothesis& h) const {
+Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const {
+  const Vertex& at_s = vertex_[s];
+  const Vertex& at_t = vertex_[t];
+  const Vertex& at_front = vertex_[front];
+  // A little of the whole pass steadies the local means and stands in for them at a seed.
+  constexpr float kPrior = 0.5f;
+  const float prior = kPrior / std::max(all_.faces, 1.0f);
+  const float faces = at_s.faces + at_t.faces + kPrior;
+  const Four sums{at_s.area + at_t.area + at_front.area + prior * all_.area,
+                  at_s.perimeter + at_t.perimeter + prior * all_.perimeter, at_s.area, at_t.area};
+  const Four counts{faces + at_front.faces, 3.0f * faces, std::max(at_s.faces, 1.0f), std::max(at_t.faces, 1.0f)};
+  const Four means = sums / counts;
+  const Four logs = guarded_log2(means);
+  const float edge = std::max(means[1], kLeast);
+  return {logs[0], logs[1], 1.0f / (edge * edge), logs[2], logs[3]};
+}
+
+void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
+                                 Hypothesis& h) const {
   const std::uint32_t t = mesh.target(gate);
   const std::uint32_t s = mesh.origin(gate);
   const std::uint32_t front = mesh.apex(gate);
@@ -85,184 +107,166 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, std::span<const Latti
   h.vertices = 3;
   h.state = {state_of(mesh, t, 1, 0), state_of(mesh, front, 1, 0), state_of(mesh, s, 1, 0)};
   // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
-  const float unit = 1.0f / std::max(scale.edge, kLeast);
-  auto kite = [&](std::uint32_t inner) {
-    const std::uint32_t across = mesh.opposite(inner);
-    const LatticePoint& a = points[mesh.origin(inner)];
-    return 0.5f *
-           fast_log2(squared(kite_offset(between(a, points[mesh.target(inner)]), between(a, points[mesh.apex(across)]),
-                                         between(a, points[mesh.apex(inner)]))) *
-                         unit * unit +
-                     0.003f);
+  const std::array<Four, 3> corner = {vertex_[s].position, vertex_[t].position, vertex_[front].position};
+  const Four sum = corner[0] + corner[1] + corner[2];
+  auto kite = [&](std::uint32_t across, Four actual) {
+    return squared(actual + actual - sum + vertex_[mesh.apex(across)].position);
   };
-  const float kite_gate = mesh.opposite(gate) == kNone ? 0.0f : bounded(kite(gate));
+  const std::uint32_t next = HalfEdgeMesh::next(gate);
+  const std::uint32_t prev = HalfEdgeMesh::prev(gate);
+  const std::uint32_t behind = mesh.opposite(gate);
   float kites = 0;
   float kite_count = 0;
-  for (std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
+  auto add_kite = [&](std::uint32_t inner, Four actual) {
     const std::uint32_t across = mesh.opposite(inner);
-    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
-    kites += bounded(kite(inner));
+    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) return;
+    kites += kite(across, actual);
     kite_count += 1;
-  }
-  if (kite_count > 0) kites /= kite_count;
+  };
+  add_kite(next, corner[0]);
+  add_kite(prev, corner[1]);
+  const float of_gate = behind == kNone ? 0.0f : kite(behind, corner[2]);
+  const Four logs =
+      0.5f *
+      fast_log2(Four{of_gate, kite_count > 1 ? 0.5f * kites : kites, 0, 0} * scale.per_edge_squared + kLeastOffset);
   auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
-  const VertexSums& at_s = vertex_[s];
-  const VertexSums& at_t = vertex_[t];
   auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
-  const float next = guarded_log2(length_[HalfEdgeMesh::next(gate)]);
-  const float prev = guarded_log2(length_[HalfEdgeMesh::prev(gate)]);
-  const float own = guarded_log2(length_[gate]);
-  h.input.value = {bounded(guarded_log2(face_[HalfEdgeMesh::face_of(gate)].area) - scale.log_area),
-                   bounded(next - scale.log_edge) + bounded(prev - scale.log_edge),
+  const float log_next = edge_[next].log_length;
+  const float log_prev = edge_[prev].log_length;
+  const float log_gate = edge_[gate].log_length;
+  h.input.value = {face_[HalfEdgeMesh::face_of(gate)].log_area - scale.log_area,
+                   log_next + log_prev - 2.0f * scale.log_edge,
                    few(mesh.face_valence(front)) - 1.2f,
                    few(vertex_[front].open),
                    few(vertex_[s].open + vertex_[t].open),
                    recent(front),
-                   std::max(next, prev) - own,
-                   bounded(own - scale.log_edge),
+                   std::max(log_next, log_prev) - log_gate,
+                   log_gate - scale.log_edge,
                    few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f,
-                   bounded(next - scale.log_edge) - bounded(prev - scale.log_edge),
-                   kite_gate,
-                   kites,
+                   log_next - log_prev,
+                   logs[0],
+                   kite_count > 0 ? logs[1] : 0.0f,
                    recent(s) + recent(t),
-                   bounded(guarded_log2(at_s.area / std::max(at_s.faces, 1.0f)) - scale.log_area),
-                   bounded(guarded_log2(at_t.area / std::max(at_t.faces, 1.0f)) - scale.log_area),
+                   scale.log_area_s - scale.log_area,
+                   scale.log_area_t - scale.log_area,
                    0.0f};
+  bound(h.input);
 }
 
-void Surroundings::describe_patch(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
-                                  const Triangulation& triangulation, const Scale& scale, Hypothesis& h) const {
+void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
+                                  const Scale& scale, Hypothesis& h) const {
+  static constexpr std::array<float, kMaxPatchSize + 1> kShare = {0,        1,        1 / 2.0f, 1 / 3.0f,
+                                                                  1 / 4.0f, 1 / 5.0f, 1 / 6.0f};
   const Patch& patch = h.patch;
   const unsigned size = patch.size;
-  const float share = 1.0f / static_cast<float>(size);
-  FaceShape sum;
-  float least_face = 1e30f;
-  float most_face = 0;
-  std::array<int, kMaxPatchSize> change{};
-  for (unsigned i = 0; i < size; ++i) change[i] = 2;
-  if (patch.is_border()) change[patch.closing] = change[patch.closing + 1] = 1;
-  std::array<unsigned, kMaxPatchSize> closed{};
+  const float share = kShare[size];
+
+  Four normal{};
+  float area = 0;
+  float least_face = face_[patch.slots[0]].log_area;
+  float most_face = least_face;
   for (unsigned k = 0; k < triangulation.triangles; ++k) {
     const FaceShape& face = face_[patch.slots[k]];
-    least_face = std::min(least_face, face.area);
-    most_face = std::max(most_face, face.area);
-    sum = {sum.x + face.x, sum.y + face.y, sum.z + face.z, sum.area + face.area};
-    for (std::uint8_t corner : triangulation.corner[k]) {
-      --change[corner];
-      ++closed[corner];
-    }
+    normal += face.normal;
+    area += face.area;
+    least_face = std::min(least_face, face.log_area);
+    most_face = std::max(most_face, face.log_area);
   }
-  const float flatness = std::sqrt(squared({sum.x, sum.y, sum.z})) / std::max(sum.area, kLeast);
-  std::array<Vec3, kMaxPatchSize> ring;
-  Vec3 mean;
-  for (unsigned i = 0; i < size; ++i) {
-    ring[i] = between(points[patch.ring[0]], points[patch.ring[i]]);
-    mean = {mean.x + ring[i].x, mean.y + ring[i].y, mean.z + ring[i].z};
-  }
-  mean = {mean.x * share, mean.y * share, mean.z * share};
-  float diagonals = 0;
-  float diagonal_count = 0;
-  for (unsigned k = 1; k < triangulation.triangles; ++k) {
-    const auto& step = triangulation.step[k];
-    const unsigned a = triangulation.corner[step.from_triangle][step.from_edge];
-    const unsigned b = triangulation.corner[step.from_triangle][(step.from_edge + 1u) % 3];
-    diagonals += squared({ring[a].x - ring[b].x, ring[a].y - ring[b].y, ring[a].z - ring[b].z});
-    diagonal_count += 1;
-  }
-  float least = 1e30f;
-  float most = 0;
-  float spokes = 0;
-  float border = 0;
-  float longest = 0;
-  float shortest = 1e30f;
-  float ends = 0;
+
+  std::array<Four, kMaxPatchSize> ring;
+  Four mean{};
   float recent = 0;
   int regular = 0;
   for (unsigned i = 0; i < size; ++i) {
-    const float d = squared({ring[i].x - mean.x, ring[i].y - mean.y, ring[i].z - mean.z});
-    least = std::min(least, d);
-    most = std::max(most, d);
-    spokes += d;
-    const float edge = length_[patch.inside[i]];
-    border += edge;
-    longest = std::max(longest, edge);
-    shortest = std::min(shortest, edge);
-    if (i == 0 || i + 1 == size) ends += d;
     const std::uint32_t v = patch.ring[i];
+    ring[i] = vertex_[v].position;
+    mean += ring[i];
     recent += v >= previous_ ? 1.0f : 0.0f;
-    const std::uint8_t state = state_of(mesh, v, closed[i], change[i]);
-    h.state[i] = state;
-    const int after = static_cast<int>(state % 10) + 2;
-    regular += std::abs(after - 6) - std::abs(after - change[i] - 6);
+    const int star = patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
+    const int change = star - static_cast<int>(triangulation.faces_at[i]);
+    h.state[i] = state_of(mesh, v, triangulation.faces_at[i], change);
+    const int excess = static_cast<int>(h.state[i] % 10) - 4;  // of the valence afterwards over 6
+    regular += std::abs(excess) - std::abs(excess - change);
   }
-  h.vertices = static_cast<std::uint8_t>(size);
-  const float unit = 1.0f / std::max(scale.edge, kLeast);
-  float kite_gate = 0;
+  mean *= share;
+
+  float least = squared(ring[0] - mean);
+  float most = least;
+  float spokes = 0;
+  float ends = 0;
+  float border = 0;
+  float longest = edge_[patch.inside[0]].log_length;
+  float shortest = longest;
+  float of_gate = 0;
   float kites = 0;
-  float kite_count = 0;
+  unsigned kite_count = 0;
   for (unsigned i = 0; i < size; ++i) {
+    const float spoke = squared(ring[i] - mean);
+    least = std::min(least, spoke);
+    most = std::max(most, spoke);
+    spokes += spoke;
+    if (i == 0 || i + 1 == size) ends += spoke;
+    const EdgeLength& edge = edge_[patch.inside[i]];
+    border += edge.length;
+    longest = std::max(longest, edge.log_length);
+    shortest = std::min(shortest, edge.log_length);
+    // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring.
     const std::uint32_t across = patch.outside[i];
     if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
-    const Vec3& a = ring[i];
-    const Vec3& b = ring[i + 1 < size ? i + 1 : 0];
-    const Vec3 w = between(points[patch.ring[0]], points[mesh.apex(across)]);
-    const Vec3 off{mean.x - a.x - b.x + w.x, mean.y - a.y - b.y + w.y, mean.z - a.z - b.z + w.z};
-    const float d = bounded(0.5f * fast_log2(squared(off) * unit * unit + 0.003f));
-    if (i + 1 == size) kite_gate = d;
-    kites += d;
-    kite_count += 1;
+    const float kite = squared(mean - ring[i] - ring[i + 1 < size ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
+    if (i + 1 == size) of_gate = kite;
+    kites += kite;
+    ++kite_count;
   }
-  if (kite_count > 0) kites /= kite_count;
-  h.face_area = sum.area / static_cast<float>(patch.star_faces());
-  h.spoke = std::sqrt(spokes * share);
-  border *= share;
-  h.input.value = {
-      bounded(guarded_log2(h.face_area) - scale.log_area),
-      0.3f * static_cast<float>(regular),
-      0.2f * fast_log2(std::max(1.0f - flatness, 0.0f) + 0.002f),
-      bounded(guarded_log2(border) - scale.log_edge),
-      fast_log2(std::max(longest, kLeast) / std::max(border, kLeast)),
-      recent * share,
-      diagonal_count > 0 ? bounded(0.5f * guarded_log2(diagonals / diagonal_count) - scale.log_edge) : 0.0f,
-      bounded(0.5f * guarded_log2(0.5f * ends) - scale.log_edge),
-      fast_log2(std::max(shortest, kLeast) / std::max(border, kLeast)),
-      bounded(0.5f * guarded_log2(most) - scale.log_edge),
-      bounded(0.5f * guarded_log2(least) - scale.log_edge),
-      kite_gate,
-      kites,
-      kite_count * share,
-      bounded(guarded_log2(least_face) - scale.log_area),
-      bounded(guarded_log2(most_face) - scale.log_area)};
+  float diagonals = 0;
+  for (unsigned k = 0; k + 1u < triangulation.triangles; ++k) {
+    diagonals += squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
+  }
+
+  h.vertices = static_cast<std::uint8_t>(size);
+  h.face_area = area * (patch.is_border() ? kShare[size - 1] : share);
+  h.spoke_squared = spokes * share;
+  const float flatness = squared(normal) / std::max(area * area, kLeast);
+  const Four unit = Four{} + scale.per_edge_squared;
+  const Four lengths =
+      0.5f *
+      fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], 0.5f * ends, most, least} * unit + kLeastOffset);
+  const Four offsets = 0.5f * fast_log2(Four{of_gate, kites * kShare[kite_count], 0, 0} * unit + kLeastOffset);
+  const Four others =
+      guarded_log2(Four{h.face_area, border * share, std::max(0.5f - 0.5f * flatness, 0.0f) + kLeast, 1.0f});
+  h.input.value = {others[0] - scale.log_area,
+                   0.3f * static_cast<float>(regular),
+                   0.2f * others[2],
+                   others[1] - scale.log_edge,
+                   longest - others[1],
+                   recent * share,
+                   size > 3 ? lengths[0] : 0.0f,
+                   lengths[1],
+                   shortest - others[1],
+                   lengths[2],
+                   lengths[3],
+                   of_gate > 0 ? offsets[0] : 0.0f,
+                   kite_count > 0 ? offsets[1] : 0.0f,
+                   static_cast<float>(kite_count) * share,
+                   least_face - scale.log_area,
+                   most_face - scale.log_area};
+  bound(h.input);
 }
 
-std::span<Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
-                                         const Marks& marks, std::uint32_t gate, Tag tag_s, Tag tag_t) {
+std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate,
+                                               Tag tag_s, Tag tag_t) {
   const std::uint32_t s = mesh.origin(gate);
   const std::uint32_t t = mesh.target(gate);
   const std::uint32_t front = mesh.apex(gate);
-  const VertexSums& at_s = vertex_[s];
-  const VertexSums& at_t = vertex_[t];
-  const VertexSums& at_front = vertex_[front];
-  // A little of the whole pass steadies the local means and stands in for them at a seed.
-  constexpr float kPrior = 0.5f;
-  const float all_faces = std::max(all_.faces, 1.0f);
-  const float prior_area = kPrior * all_.area / all_faces;
-  const float prior_perimeter = kPrior * all_.perimeter / all_faces;
-  const float faces = at_s.faces + at_t.faces;
-  Scale scale;
-  scale.log_area =
-      guarded_log2((at_s.area + at_t.area + at_front.area + prior_area) / (faces + at_front.faces + kPrior));
-  scale.edge = (at_s.perimeter + at_t.perimeter + prior_perimeter) / (3.0f * (faces + kPrior));
-  scale.log_edge = guarded_log2(scale.edge);
-
-  describe_null(mesh, points, marks, gate, scale, hypothesis_[0]);
+  const Scale scale = measure(s, t, front);
+  describe_null(mesh, marks, gate, scale, hypothesis_[0]);
   std::size_t count = 1;
   auto consider = [&](const Triangulation& triangulation, unsigned closing, Symbol symbol, std::size_t row) {
     Hypothesis& h = hypothesis_[count];
     if (!collect_polygon(mesh, gate, triangulation, closing, marks.face, h.patch)) return;
     h.symbol = symbol;
     h.row = static_cast<std::uint8_t>(row);
-    describe_patch(mesh, points, marks, triangulation, scale, h);
+    describe_patch(mesh, marks, triangulation, scale, h);
     ++count;
   };
   if (kind_ == PassKind::cleaning) {
@@ -284,32 +288,37 @@ std::span<Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, std::span<con
   return {hypothesis_.data(), count};
 }
 
+void Surroundings::fade(float by) {
+  all_.area *= by;
+  all_.perimeter *= by;
+  all_.faces *= by;
+}
+
 void Surroundings::keep(const HalfEdgeMesh& mesh, std::uint32_t gate) {
   const std::uint32_t f = HalfEdgeMesh::face_of(gate);
   const float area = face_[f].area;
-  const float perimeter = length_[3 * f] + length_[3 * f + 1] + length_[3 * f + 2];
+  const float perimeter = edge_[3 * f].length + edge_[3 * f + 1].length + edge_[3 * f + 2].length;
   for (std::uint32_t v : mesh.face(f)) {
     add_face(vertex_[v], area, perimeter);
     --vertex_[v].open;
   }
-  all_ = {all_.area * 0.98f, all_.perimeter * 0.98f, all_.faces * 0.98f, 0};
+  fade(0.98f);
   add_face(all_, area, perimeter);
 }
 
-void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulation) {
+void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulation, const LatticePoint& position) {
   const Patch& patch = h.patch;
-  all_ = {all_.area * 0.9f, all_.perimeter * 0.9f, all_.faces * 0.9f, 0};
-  VertexSums centre;
-  for (unsigned k = 0; k < triangulation.triangles; ++k) {
-    for (std::uint8_t corner : triangulation.corner[k]) --vertex_[patch.ring[corner]].open;
-  }
+  const float spokes = 2.0f * std::sqrt(h.spoke_squared);
+  fade(0.9f);
+  Vertex centre;
+  centre.position = at(position);
   for (unsigned i = 0; i < patch.size; ++i) {
+    vertex_[patch.ring[i]].open -= triangulation.faces_at[i];
     if (i == patch.closing) continue;
-    const float perimeter = 2.0f * h.spoke + length_[patch.inside[i]];
-    add_face(vertex_[patch.ring[i]], h.face_area, perimeter);
-    add_face(vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], h.face_area, perimeter);
-    add_face(all_, h.face_area, perimeter);
-    add_face(centre, h.face_area, perimeter);
+    const float perimeter = spokes + edge_[patch.inside[i]].length;
+    for (Vertex* v : {&vertex_[patch.ring[i]], &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &all_, &centre}) {
+      add_face(*v, h.face_area, perimeter);
+    }
   }
   vertex_.push_back(centre);
 }

@@ -33,7 +33,7 @@ struct Hypothesis {
   SymbolInputs input;                               ///< features, see hypothesis.cpp
   Patch patch;                                      ///< unless it is the null patch
   float face_area = 0;                              ///< expected of each of its new faces
-  float spoke = 0;                                  ///< expected length of its new edges
+  float spoke_squared = 0;                          ///< expected of its new edges
 };
 
 /// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
@@ -48,55 +48,61 @@ class Surroundings {
 
   /// All that could stand before the gate; the null patch comes first, then border patches, then 6 to 3. The answer
   /// holds until the next call. [constant]
-  std::span<Hypothesis> look(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
-                             std::uint32_t gate, Tag tag_s, Tag tag_t);
+  std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                                   Tag tag_t);
 
   /// The gate's face stays as it is. Call it before anything is marked.
   void keep(const HalfEdgeMesh& mesh, std::uint32_t gate);
-  /// The hypothesis' patch was opened and its centre, the newest vertex, inserted.
-  void insert(const Hypothesis& hypothesis, const Triangulation& triangulation);
-
-  /// Faces at v that are still undecided.
-  [[nodiscard]] std::uint32_t open(std::uint32_t v) const { return vertex_[v].open; }
+  /// The hypothesis' patch was opened and its centre, the newest vertex, inserted at `position`.
+  void insert(const Hypothesis& hypothesis, const Triangulation& triangulation, const LatticePoint& position);
 
  private:
   struct FaceShape {
-    float x = 0;  // area times normal
-    float y = 0;
-    float z = 0;
+    Four normal{};  // area times unit normal, 0
     float area = 0;
+    float log_area = 0;
+  };
+  struct EdgeLength {
+    float length = 0;
+    float log_length = 0;
   };
   // Sums over the refined faces at a vertex.
-  struct VertexSums {
+  struct Vertex {
+    Four position{};
     float area = 0;
     float perimeter = 0;
     float faces = 0;
-    std::uint32_t open = 0;
+    std::uint32_t open = 0;  // faces that are undecided
   };
+  // Of the refined faces at the gate: what the features are measured in.
   struct Scale {
-    float log_area = 0;  // log2 of the mean refined face at the gate, and of the mean refined edge
+    float log_area = 0;
     float log_edge = 0;
-    float edge = 0;
+    float per_edge_squared = 0;
+    float log_area_s = 0;
+    float log_area_t = 0;
   };
 
-  void add_face(VertexSums& sums, float area, float perimeter) const {
-    sums.area += area;
-    sums.perimeter += perimeter;
-    sums.faces += 1;
+  static void add_face(Vertex& at, float area, float perimeter) {
+    at.area += area;
+    at.perimeter += perimeter;
+    at.faces += 1;
   }
+  void fade(float by);
   [[nodiscard]] std::uint8_t state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed, int change) const;
-  void describe_null(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
-                     std::uint32_t gate, const Scale& scale, Hypothesis& hypothesis) const;
-  void describe_patch(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Marks& marks,
-                      const Triangulation& triangulation, const Scale& scale, Hypothesis& hypothesis) const;
+  [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
+  void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
+                     Hypothesis& hypothesis) const;
+  void describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
+                      const Scale& scale, Hypothesis& hypothesis) const;
 
   PassKind kind_;
   std::uint32_t previous_;
   bool has_boundary_ = false;
   std::vector<FaceShape> face_;
-  std::vector<float> length_;  // by half-edge
-  std::vector<VertexSums> vertex_;
-  VertexSums all_;  // over the whole pass, fading
+  std::vector<EdgeLength> edge_;  // by half-edge
+  std::vector<Vertex> vertex_;
+  Vertex all_;  // sums over the whole pass, fading
   std::array<Hypothesis, kSymbolRows> hypothesis_;
 };
 

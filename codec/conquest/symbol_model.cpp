@@ -27,14 +27,21 @@ void SymbolModel::weigh(std::span<const Hypothesis> hypotheses, std::size_t stat
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const Hypothesis& h = hypotheses[i];
     const SymbolNetwork::Row& row = network.row[h.row];
-    HiddenLanes sum;
-    for (std::size_t q = 0; q < kHiddenUnits; ++q) {
-      sum.value[q] = row.by_state[state].value[q] + row.by_parent[parent].value[q];
+    std::array<Four, kHiddenUnits / 4> sum;
+    for (std::size_t q = 0; q < sum.size(); ++q) {
+      sum[q] = load_four(&row.by_state[state].value[4 * q]) + load_four(&row.by_parent[parent].value[4 * q]);
     }
-    for (std::size_t j = 0; j < kSymbolInputs; ++j) add_scaled(sum, h.input.value[j], row.hidden[j]);
-    for (float& unit : sum.value) unit = std::max(unit, 0.0f);
-    weighed.hidden[i] = sum;
-    float score = dot(linear_[h.row], h.input) + dot(output_[h.row], sum);
+    for (std::size_t j = 0; j < kSymbolInputs; ++j) {
+      const float input = h.input.value[j];
+      for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += input * load_four(&row.hidden[j].value[4 * q]);
+    }
+    Four output{};
+    for (std::size_t q = 0; q < sum.size(); ++q) {
+      const Four unit = sum[q] > 0.0f ? sum[q] : Four{};
+      store_four(&weighed.hidden[i].value[4 * q], unit);
+      output += unit * load_four(&output_[h.row].value[4 * q]);
+    }
+    float score = dot(linear_[h.row], h.input) + sum_of(output);
     const auto& of_state = state_[h.row == 0 ? 0 : 1];
     for (std::size_t k = 0; k < h.vertices; ++k) score += of_state[h.state[k]];
     weighed.share[i] = std::clamp(score, -60.0f, 60.0f);

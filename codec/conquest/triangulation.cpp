@@ -40,6 +40,11 @@ constexpr Triangulation make(std::uint8_t size, const Corners& corners, const Ta
       if (!found) continue;
       placed[i] = true;
       t.corner[k] = corners[i];
+      for (std::uint8_t corner : corners[i]) ++t.faces_at[corner];
+      if (k > 0) {
+        const auto& from = t.corner[t.step[k].from_triangle];
+        t.diagonal[k - 1u] = {from[t.step[k].from_edge], to(from, t.step[k].from_edge)};
+      }
       break;
     }
     for (std::uint8_t e = 0; e < 3; ++e) {
