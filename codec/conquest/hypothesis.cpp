@@ -50,7 +50,6 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
   if (kind == PassKind::ears) return;
   const std::uint32_t faces = mesh.face_count();
   face_.resize(faces);
-  edge_.resize(3 * std::size_t{faces});
   vertex_.resize(mesh.vertex_count());
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     vertex_[v].position = at(points[v]);
@@ -64,11 +63,9 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
     const Four normal = cross(b - a, c - a);
     const Four squares{squared(b - a), squared(c - b), squared(a - c), squared(normal)};
     const Four logs = 0.5f * guarded_log2(squares);
-    face_[f] = {normal, std::sqrt(squares[3]), logs[3]};
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      edge_[3 * f + i] = {std::sqrt(squares[i]), logs[i]};
-      has_boundary_ = has_boundary_ || mesh.opposite(3 * f + i) == kNone;
-    }
+    const float area = std::sqrt(squares[3]);
+    face_[f] = {normal + Four{0, 0, 0, area}, logs[3], {logs[0], logs[1], logs[2]}};
+    for (std::uint32_t i = 0; i < 3; ++i) has_boundary_ = has_boundary_ || mesh.opposite(3 * f + i) == kNone;
   }
 }
 
@@ -88,13 +85,10 @@ Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std:
   constexpr float kPrior = 0.5f;
   const float prior = kPrior / std::max(all_.faces, 1.0f);
   const float faces = at_s.faces + at_t.faces + kPrior;
-  const Four sums{at_s.area + at_t.area + at_front.area + prior * all_.area,
-                  at_s.perimeter + at_t.perimeter + prior * all_.perimeter, at_s.area, at_t.area};
-  const Four counts{faces + at_front.faces, 3.0f * faces, std::max(at_s.faces, 1.0f), std::max(at_t.faces, 1.0f)};
-  const Four means = sums / counts;
-  const Four logs = guarded_log2(means);
-  const float edge = std::max(means[1], kLeast);
-  return {logs[0], logs[1], 1.0f / (edge * edge), logs[2], logs[3]};
+  const Four sums{at_s.log_area + at_t.log_area + at_front.log_area + prior * all_.log_area,
+                  at_s.log_length + at_t.log_length + prior * all_.log_length, at_s.log_area, at_t.log_area};
+  const Four means = sums / Four{faces + at_front.faces, faces, std::max(at_s.faces, 1.0f), std::max(at_t.faces, 1.0f)};
+  return {means[0], means[1], fast_exp2(-2.0f * means[1]), means[2], means[3]};
 }
 
 void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
@@ -131,9 +125,9 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
       fast_log2(Four{of_gate, kite_count > 1 ? 0.5f * kites : kites, 0, 0} * scale.per_edge_squared + kLeastOffset);
   auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
   auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
-  const float log_next = edge_[next].log_length;
-  const float log_prev = edge_[prev].log_length;
-  const float log_gate = edge_[gate].log_length;
+  const float log_next = log_length(next);
+  const float log_prev = log_length(prev);
+  const float log_gate = log_length(gate);
   h.input.value = {face_[HalfEdgeMesh::face_of(gate)].log_area - scale.log_area,
                    log_next + log_prev - 2.0f * scale.log_edge,
                    few(mesh.face_valence(front)) - 1.2f,
@@ -149,7 +143,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
                    recent(s) + recent(t),
                    scale.log_area_s - scale.log_area,
                    scale.log_area_t - scale.log_area,
-                   0.0f};
+                   0.2f * std::min(vertex_[front].faces, 16.0f)};
   bound(h.input);
 }
 
@@ -162,13 +156,11 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   const float share = kShare[size];
 
   Four normal{};
-  float area = 0;
   float least_face = face_[patch.slots[0]].log_area;
   float most_face = least_face;
   for (unsigned k = 0; k < triangulation.triangles; ++k) {
     const FaceShape& face = face_[patch.slots[k]];
     normal += face.normal;
-    area += face.area;
     least_face = std::min(least_face, face.log_area);
     most_face = std::max(most_face, face.log_area);
   }
@@ -193,9 +185,8 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   float least = squared(ring[0] - mean);
   float most = least;
   float spokes = 0;
-  float ends = 0;
   float border = 0;
-  float longest = edge_[patch.inside[0]].log_length;
+  float longest = log_length(patch.inside[0]);
   float shortest = longest;
   float of_gate = 0;
   float kites = 0;
@@ -205,11 +196,10 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     least = std::min(least, spoke);
     most = std::max(most, spoke);
     spokes += spoke;
-    if (i == 0 || i + 1 == size) ends += spoke;
-    const EdgeLength& edge = edge_[patch.inside[i]];
-    border += edge.length;
-    longest = std::max(longest, edge.log_length);
-    shortest = std::min(shortest, edge.log_length);
+    const float edge = log_length(patch.inside[i]);
+    border += edge;
+    longest = std::max(longest, edge);
+    shortest = std::min(shortest, edge);
     // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring.
     const std::uint32_t across = patch.outside[i];
     if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
@@ -219,34 +209,40 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     ++kite_count;
   }
   float diagonals = 0;
+  float longest_diagonal = 0;
+  float shortest_diagonal = 1e30f;
   for (unsigned k = 0; k + 1u < triangulation.triangles; ++k) {
-    diagonals += squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
+    const float diagonal = squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
+    diagonals += diagonal;
+    longest_diagonal = std::max(longest_diagonal, diagonal);
+    shortest_diagonal = std::min(shortest_diagonal, diagonal);
   }
 
   h.vertices = static_cast<std::uint8_t>(size);
-  h.face_area = area * (patch.is_border() ? kShare[size - 1] : share);
-  h.spoke_squared = spokes * share;
-  const float flatness = squared(normal) / std::max(area * area, kLeast);
+  const float border_mean = border * share;
+  const float face_area = normal[3] * (patch.is_border() ? kShare[size - 1] : share);
   const Four unit = Four{} + scale.per_edge_squared;
-  const Four lengths =
-      0.5f *
-      fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], 0.5f * ends, most, least} * unit + kLeastOffset);
-  const Four offsets = 0.5f * fast_log2(Four{of_gate, kites * kShare[kite_count], 0, 0} * unit + kLeastOffset);
-  const Four others =
-      guarded_log2(Four{h.face_area, border * share, std::max(0.5f - 0.5f * flatness, 0.0f) + kLeast, 1.0f});
-  h.input.value = {others[0] - scale.log_area,
+  const Four diagonal_logs =
+      0.5f * fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], shortest_diagonal, longest_diagonal, 0} *
+                           unit +
+                       kLeastOffset);
+  const Four lengths = 0.5f * fast_log2(Four{most, least, of_gate, kites * kShare[kite_count]} * unit + kLeastOffset);
+  const Four whole = guarded_log2(Four{face_area, spokes * share, 1.0f, 1.0f});
+  h.log_area = whole[0];
+  h.log_spoke = 0.5f * whole[1];
+  h.input.value = {h.log_area - scale.log_area,
                    0.3f * static_cast<float>(regular),
-                   0.2f * others[2],
-                   others[1] - scale.log_edge,
-                   longest - others[1],
+                   size > 3 ? diagonal_logs[1] : 0.0f,
+                   border_mean - scale.log_edge,
+                   longest - border_mean,
                    recent * share,
-                   size > 3 ? lengths[0] : 0.0f,
+                   size > 3 ? diagonal_logs[0] : 0.0f,
+                   size > 3 ? diagonal_logs[2] : 0.0f,
+                   shortest - border_mean,
+                   lengths[0],
                    lengths[1],
-                   shortest - others[1],
-                   lengths[2],
-                   lengths[3],
-                   of_gate > 0 ? offsets[0] : 0.0f,
-                   kite_count > 0 ? offsets[1] : 0.0f,
+                   of_gate > 0 ? lengths[2] : 0.0f,
+                   kite_count > 0 ? lengths[3] : 0.0f,
                    static_cast<float>(kite_count) * share,
                    least_face - scale.log_area,
                    most_face - scale.log_area};
@@ -289,35 +285,33 @@ std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const M
 }
 
 void Surroundings::fade(float by) {
-  all_.area *= by;
-  all_.perimeter *= by;
+  all_.log_area *= by;
+  all_.log_length *= by;
   all_.faces *= by;
 }
 
 void Surroundings::keep(const HalfEdgeMesh& mesh, std::uint32_t gate) {
-  const std::uint32_t f = HalfEdgeMesh::face_of(gate);
-  const float area = face_[f].area;
-  const float perimeter = edge_[3 * f].length + edge_[3 * f + 1].length + edge_[3 * f + 2].length;
-  for (std::uint32_t v : mesh.face(f)) {
-    add_face(vertex_[v], area, perimeter);
+  const FaceShape& face = face_[HalfEdgeMesh::face_of(gate)];
+  const float edge = (face.log_length[0] + face.log_length[1] + face.log_length[2]) * (1.0f / 3.0f);
+  for (std::uint32_t v : mesh.face(HalfEdgeMesh::face_of(gate))) {
+    add_face(vertex_[v], face.log_area, edge);
     --vertex_[v].open;
   }
   fade(0.98f);
-  add_face(all_, area, perimeter);
+  add_face(all_, face.log_area, edge);
 }
 
 void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulation, const LatticePoint& position) {
   const Patch& patch = h.patch;
-  const float spokes = 2.0f * std::sqrt(h.spoke_squared);
   fade(0.9f);
   Vertex centre;
   centre.position = at(position);
   for (unsigned i = 0; i < patch.size; ++i) {
     vertex_[patch.ring[i]].open -= triangulation.faces_at[i];
     if (i == patch.closing) continue;
-    const float perimeter = spokes + edge_[patch.inside[i]].length;
+    const float edge = (2.0f * h.log_spoke + log_length(patch.inside[i])) * (1.0f / 3.0f);
     for (Vertex* v : {&vertex_[patch.ring[i]], &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &all_, &centre}) {
-      add_face(*v, h.face_area, perimeter);
+      add_face(*v, h.log_area, edge);
     }
   }
   vertex_.push_back(centre);

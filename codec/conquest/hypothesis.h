@@ -32,8 +32,8 @@ struct Hypothesis {
   std::array<std::uint8_t, kMaxPatchSize> state{};  ///< of each afterwards: how open it is, its valence
   SymbolInputs input;                               ///< features, see hypothesis.cpp
   Patch patch;                                      ///< unless it is the null patch
-  float face_area = 0;                              ///< expected of each of its new faces
-  float spoke_squared = 0;                          ///< expected of its new edges
+  float log_area = 0;                               ///< expected of each of its new faces
+  float log_spoke = 0;                              ///< expected of its new edges
 };
 
 /// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
@@ -57,20 +57,17 @@ class Surroundings {
   void insert(const Hypothesis& hypothesis, const Triangulation& triangulation, const LatticePoint& position);
 
  private:
+  // Logarithms are to base 2; 32 bytes, for the walk over the faces is a walk over memory.
   struct FaceShape {
-    Four normal{};  // area times unit normal, 0
-    float area = 0;
+    Four normal{};  // unit normal times area, and the area
     float log_area = 0;
-  };
-  struct EdgeLength {
-    float length = 0;
-    float log_length = 0;
+    std::array<float, 3> log_length{};  // by edge
   };
   // Sums over the refined faces at a vertex.
   struct Vertex {
     Four position{};
-    float area = 0;
-    float perimeter = 0;
+    float log_area = 0;
+    float log_length = 0;  // mean of a face's edges
     float faces = 0;
     std::uint32_t open = 0;  // faces that are undecided
   };
@@ -83,11 +80,12 @@ class Surroundings {
     float log_area_t = 0;
   };
 
-  static void add_face(Vertex& at, float area, float perimeter) {
-    at.area += area;
-    at.perimeter += perimeter;
+  static void add_face(Vertex& at, float log_area, float log_length) {
+    at.log_area += log_area;
+    at.log_length += log_length;
     at.faces += 1;
   }
+  [[nodiscard]] float log_length(std::uint32_t h) const { return face_[h / 3].log_length[h % 3]; }
   void fade(float by);
   [[nodiscard]] std::uint8_t state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed, int change) const;
   [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
@@ -100,7 +98,6 @@ class Surroundings {
   std::uint32_t previous_;
   bool has_boundary_ = false;
   std::vector<FaceShape> face_;
-  std::vector<EdgeLength> edge_;  // by half-edge
   std::vector<Vertex> vertex_;
   Vertex all_;  // sums over the whole pass, fading
   std::array<Hypothesis, kSymbolRows> hypothesis_;
