@@ -13,6 +13,8 @@ namespace {
 constexpr float kLeast = 0.05f;
 // An offset is not nearer to nothing than this share of an edge, squared.
 constexpr float kLeastOffset = 0.003f;
+// Valences above are as good as this.
+constexpr std::uint32_t kMaxValence = 10000;
 constexpr float kFarthest = 4.0f;
 
 Four at(const LatticePoint& p) {
@@ -53,7 +55,9 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
   vertex_.resize(mesh.vertex_count());
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     vertex_[v].position = at(points[v]);
-    vertex_[v].open = mesh.face_valence(v);
+    const auto valence = static_cast<std::int16_t>(std::min(mesh.face_valence(v), kMaxValence));
+    vertex_[v].open = static_cast<std::uint16_t>(valence);
+    vertex_[v].valence = valence;
   }
   for (std::uint32_t f = 0; f < faces; ++f) {
     const Face corners = mesh.face(f);
@@ -65,16 +69,17 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
     const Four logs = 0.5f * guarded_log2(squares);
     const float area = std::sqrt(squares[3]);
     face_[f] = {normal + Four{0, 0, 0, area}, logs[3], {logs[0], logs[1], logs[2]}};
-    for (std::uint32_t i = 0; i < 3; ++i) has_boundary_ = has_boundary_ || mesh.opposite(3 * f + i) == kNone;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      if (mesh.opposite(3 * f + i) != kNone) continue;
+      has_boundary_ = true;
+      vertex_[corners[i]].valence += 3;  // once a vertex: one boundary edge leaves it
+    }
   }
 }
 
-inline std::uint8_t Surroundings::state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed,
-                                           int change) const {
-  const std::uint32_t open = std::min(vertex_[v].open - closed, 3u);
-  int valence = static_cast<int>(std::min<std::uint32_t>(mesh.face_valence(v), 100)) + change;
-  if (has_boundary_ && mesh.is_boundary(v)) valence += 3;
-  return static_cast<std::uint8_t>(open * 10 + static_cast<std::uint32_t>(std::clamp(valence, 2, 11) - 2));
+inline std::uint8_t Surroundings::state_of(std::uint32_t v, int closed, int change) const {
+  const Vertex& here = vertex_[v];
+  return static_cast<std::uint8_t>(std::min(here.open - closed, 3) * 10 + std::clamp(here.valence + change - 2, 0, 9));
 }
 
 Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const {
@@ -99,7 +104,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   h.symbol = kNull;
   h.row = 0;
   h.vertices = 3;
-  h.state = {state_of(mesh, t, 1, 0), state_of(mesh, front, 1, 0), state_of(mesh, s, 1, 0)};
+  h.state = {state_of(t, 1, 0), state_of(front, 1, 0), state_of(s, 1, 0)};
   // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
   const std::array<Four, 3> corner = {vertex_[s].position, vertex_[t].position, vertex_[front].position};
   const Four sum = corner[0] + corner[1] + corner[2];
@@ -174,10 +179,9 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     ring[i] = vertex_[v].position;
     mean += ring[i];
     recent += v >= previous_ ? 1.0f : 0.0f;
-    const int star = patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
-    const int change = star - static_cast<int>(triangulation.faces_at[i]);
-    h.state[i] = state_of(mesh, v, triangulation.faces_at[i], change);
-    const int excess = static_cast<int>(h.state[i] % 10) - 4;  // of the valence afterwards over 6
+    const int change = star_faces(patch, i) - triangulation.faces_at[i];
+    h.state[i] = state_of(v, triangulation.faces_at[i], change);
+    const int excess = std::clamp(vertex_[v].valence + change, 2, 11) - 6;  // of the valence afterwards over 6
     regular += std::abs(excess) - std::abs(excess - change);
   }
   mean *= share;
@@ -223,9 +227,9 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   const float face_area = normal[3] * (patch.is_border() ? kShare[size - 1] : share);
   const Four unit = Four{} + scale.per_edge_squared;
   const Four diagonal_logs =
-      0.5f * fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], shortest_diagonal, longest_diagonal, 0} *
-                           unit +
-                       kLeastOffset);
+      0.5f *
+      fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], shortest_diagonal, longest_diagonal, 0} * unit +
+                kLeastOffset);
   const Four lengths = 0.5f * fast_log2(Four{most, least, of_gate, kites * kShare[kite_count]} * unit + kLeastOffset);
   const Four whole = guarded_log2(Four{face_area, spokes * share, 1.0f, 1.0f});
   h.log_area = whole[0];
@@ -295,7 +299,7 @@ void Surroundings::keep(const HalfEdgeMesh& mesh, std::uint32_t gate) {
   const float edge = (face.log_length[0] + face.log_length[1] + face.log_length[2]) * (1.0f / 3.0f);
   for (std::uint32_t v : mesh.face(HalfEdgeMesh::face_of(gate))) {
     add_face(vertex_[v], face.log_area, edge);
-    --vertex_[v].open;
+    close(vertex_[v], 1);
   }
   fade(0.98f);
   add_face(all_, face.log_area, edge);
@@ -306,8 +310,12 @@ void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulatio
   fade(0.9f);
   Vertex centre;
   centre.position = at(position);
+  centre.valence = static_cast<std::int16_t>(patch.is_border() ? patch.size + 2 : patch.size);
   for (unsigned i = 0; i < patch.size; ++i) {
-    vertex_[patch.ring[i]].open -= triangulation.faces_at[i];
+    Vertex& corner = vertex_[patch.ring[i]];
+    close(corner, triangulation.faces_at[i]);
+    corner.valence = static_cast<std::int16_t>(std::clamp(
+        corner.valence + star_faces(patch, i) - triangulation.faces_at[i], 0, 2 * static_cast<int>(kMaxValence)));
     if (i == patch.closing) continue;
     const float edge = (2.0f * h.log_spoke + log_length(patch.inside[i])) * (1.0f / 3.0f);
     for (Vertex* v : {&vertex_[patch.ring[i]], &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &all_, &centre}) {

@@ -69,7 +69,8 @@ class Surroundings {
     float log_area = 0;
     float log_length = 0;  // mean of a face's edges
     float faces = 0;
-    std::uint32_t open = 0;  // faces that are undecided
+    std::uint16_t open = 0;    // faces that are undecided
+    std::int16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
   };
   // Of the refined faces at the gate: what the features are measured in.
   struct Scale {
@@ -85,9 +86,16 @@ class Surroundings {
     at.log_length += log_length;
     at.faces += 1;
   }
+  static void close(Vertex& at, unsigned faces) {
+    at.open = static_cast<std::uint16_t>(at.open > faces ? at.open - faces : 0);
+  }
+  // Faces that the star of a patch has at ring vertex i.
+  static int star_faces(const Patch& patch, unsigned i) {
+    return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
+  }
   [[nodiscard]] float log_length(std::uint32_t h) const { return face_[h / 3].log_length[h % 3]; }
   void fade(float by);
-  [[nodiscard]] std::uint8_t state_of(const HalfEdgeMesh& mesh, std::uint32_t v, unsigned closed, int change) const;
+  [[nodiscard]] std::uint8_t state_of(std::uint32_t v, int closed, int change) const;
   [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
   void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
                      Hypothesis& hypothesis) const;

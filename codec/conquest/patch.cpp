@@ -104,10 +104,8 @@ bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangu
       patch.outside[edge] = mesh.opposite(h);
     }
   }
-  for (unsigned i = 1; i < patch.size; ++i) {
-    for (unsigned j = 0; j < i; ++j) {
-      if (patch.ring[i] == patch.ring[j]) return false;
-    }
+  for (unsigned i = 0; i < triangulation.apart_count; ++i) {
+    if (patch.ring[triangulation.apart[i][0]] == patch.ring[triangulation.apart[i][1]]) return false;
   }
   return closing == kNoClosing || patch.outside[closing] == kNone;
 }

@@ -14,7 +14,7 @@
 
 namespace pmcd::codec {
 
-inline constexpr std::size_t kHiddenUnits = 12;
+inline constexpr std::size_t kHiddenUnits = 8;
 inline constexpr std::size_t kGateStates = 64;    ///< front vertex and its tag, faces beside the gate, tags of its ends
 inline constexpr std::size_t kGateFeatures = 13;  ///< what the training saw of them: 7 of the state, 6 of the parent
 

@@ -52,6 +52,16 @@ constexpr Triangulation make(std::uint8_t size, const Corners& corners, const Ta
       t.ring_edge[k][e] = to(t.corner[k], e) == (a + 1) % size ? a : Triangulation::kDiagonal;
     }
   }
+  for (std::uint8_t a = 0; a < size; ++a) {
+    for (std::uint8_t b = 0; b < a; ++b) {
+      bool together = false;
+      for (std::uint8_t k = 0; k < t.triangles; ++k) {
+        const auto& c = t.corner[k];
+        together = together || ((c[0] == a || c[1] == a || c[2] == a) && (c[0] == b || c[1] == b || c[2] == b));
+      }
+      if (!together) t.apart[t.apart_count++] = {a, b};
+    }
+  }
   return t;
 }
 
