@@ -130,10 +130,11 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
       fast_log2(Four{of_gate, kite_count > 1 ? 0.5f * kites : kites, 0, 0} * scale.per_edge_squared + kLeastOffset);
   auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
   auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
-  const float log_next = log_length(next);
-  const float log_prev = log_length(prev);
-  const float log_gate = log_length(gate);
-  h.input.value = {face_[HalfEdgeMesh::face_of(gate)].log_area - scale.log_area,
+  const FaceShape& face = face_[HalfEdgeMesh::face_of(gate)];
+  const float log_next = face.log_length[next % 3];
+  const float log_prev = face.log_length[prev % 3];
+  const float log_gate = face.log_length[gate % 3];
+  h.input.value = {face.log_area - scale.log_area,
                    log_next + log_prev - 2.0f * scale.log_edge,
                    few(mesh.face_valence(front)) - 1.2f,
                    few(vertex_[front].open),
@@ -152,18 +153,19 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   bound(h.input);
 }
 
+template <unsigned kSize, bool kIsBorder>
 void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
                                   const Scale& scale, Hypothesis& h) const {
   static constexpr std::array<float, kMaxPatchSize + 1> kShare = {0,        1,        1 / 2.0f, 1 / 3.0f,
                                                                   1 / 4.0f, 1 / 5.0f, 1 / 6.0f};
   const Patch& patch = h.patch;
-  const unsigned size = patch.size;
-  const float share = kShare[size];
+  constexpr unsigned kTriangles = kSize - 2;
+  constexpr float kShareOfRing = 1.0f / static_cast<float>(kSize);
 
   Four normal{};
   float least_face = face_[patch.slots[0]].log_area;
   float most_face = least_face;
-  for (unsigned k = 0; k < triangulation.triangles; ++k) {
+  for (unsigned k = 0; k < kTriangles; ++k) {
     const FaceShape& face = face_[patch.slots[k]];
     normal += face.normal;
     least_face = std::min(least_face, face.log_area);
@@ -174,17 +176,17 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   Four mean{};
   float recent = 0;
   int regular = 0;
-  for (unsigned i = 0; i < size; ++i) {
+  for (unsigned i = 0; i < kSize; ++i) {
     const std::uint32_t v = patch.ring[i];
     ring[i] = vertex_[v].position;
     mean += ring[i];
     recent += v >= previous_ ? 1.0f : 0.0f;
-    const int change = star_faces(patch, i) - triangulation.faces_at[i];
+    const int change = (kIsBorder ? star_faces(patch, i) : 2) - triangulation.faces_at[i];
     h.state[i] = state_of(v, triangulation.faces_at[i], change);
     const int excess = std::clamp(vertex_[v].valence + change, 2, 11) - 6;  // of the valence afterwards over 6
     regular += std::abs(excess) - std::abs(excess - change);
   }
-  mean *= share;
+  mean *= kShareOfRing;
 
   float least = squared(ring[0] - mean);
   float most = least;
@@ -195,7 +197,7 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   float of_gate = 0;
   float kites = 0;
   unsigned kite_count = 0;
-  for (unsigned i = 0; i < size; ++i) {
+  for (unsigned i = 0; i < kSize; ++i) {
     const float spoke = squared(ring[i] - mean);
     least = std::min(least, spoke);
     most = std::max(most, spoke);
@@ -207,47 +209,46 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring.
     const std::uint32_t across = patch.outside[i];
     if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
-    const float kite = squared(mean - ring[i] - ring[i + 1 < size ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
-    if (i + 1 == size) of_gate = kite;
+    const float kite = squared(mean - ring[i] - ring[i + 1 < kSize ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
+    if (i + 1 == kSize) of_gate = kite;
     kites += kite;
     ++kite_count;
   }
   float diagonals = 0;
   float longest_diagonal = 0;
   float shortest_diagonal = 1e30f;
-  for (unsigned k = 0; k + 1u < triangulation.triangles; ++k) {
+  for (unsigned k = 0; k + 1u < kTriangles; ++k) {
     const float diagonal = squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
     diagonals += diagonal;
     longest_diagonal = std::max(longest_diagonal, diagonal);
     shortest_diagonal = std::min(shortest_diagonal, diagonal);
   }
 
-  h.vertices = static_cast<std::uint8_t>(size);
-  const float border_mean = border * share;
-  const float face_area = normal[3] * (patch.is_border() ? kShare[size - 1] : share);
+  h.vertices = static_cast<std::uint8_t>(kSize);
+  const float border_mean = border * kShareOfRing;
+  const float face_area = normal[3] * (kIsBorder ? kShare[kSize - 1] : kShareOfRing);
   const Four unit = Four{} + scale.per_edge_squared;
   const Four diagonal_logs =
-      0.5f *
-      fast_log2(Four{diagonals * kShare[triangulation.triangles - 1u], shortest_diagonal, longest_diagonal, 0} * unit +
-                kLeastOffset);
+      0.5f * fast_log2(Four{diagonals * kShare[kTriangles - 1u], shortest_diagonal, longest_diagonal, 0} * unit +
+                       kLeastOffset);
   const Four lengths = 0.5f * fast_log2(Four{most, least, of_gate, kites * kShare[kite_count]} * unit + kLeastOffset);
-  const Four whole = guarded_log2(Four{face_area, spokes * share, 1.0f, 1.0f});
+  const Four whole = guarded_log2(Four{face_area, spokes * kShareOfRing, 1.0f, 1.0f});
   h.log_area = whole[0];
   h.log_spoke = 0.5f * whole[1];
   h.input.value = {h.log_area - scale.log_area,
                    0.3f * static_cast<float>(regular),
-                   size > 3 ? diagonal_logs[1] : 0.0f,
+                   kSize > 3 ? diagonal_logs[1] : 0.0f,
                    border_mean - scale.log_edge,
                    longest - border_mean,
-                   recent * share,
-                   size > 3 ? diagonal_logs[0] : 0.0f,
-                   size > 3 ? diagonal_logs[2] : 0.0f,
+                   recent * kShareOfRing,
+                   kSize > 3 ? diagonal_logs[0] : 0.0f,
+                   kSize > 3 ? diagonal_logs[2] : 0.0f,
                    shortest - border_mean,
                    lengths[0],
                    lengths[1],
                    of_gate > 0 ? lengths[2] : 0.0f,
                    kite_count > 0 ? lengths[3] : 0.0f,
-                   static_cast<float>(kite_count) * share,
+                   static_cast<float>(kite_count) * kShareOfRing,
                    least_face - scale.log_area,
                    most_face - scale.log_area};
   bound(h.input);
@@ -266,7 +267,21 @@ std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const M
     if (!collect_polygon(mesh, gate, triangulation, closing, marks.face, h.patch)) return;
     h.symbol = symbol;
     h.row = static_cast<std::uint8_t>(row);
-    describe_patch(mesh, marks, triangulation, scale, h);
+    switch (h.patch.size) {
+      case 3:
+        closing == kNoClosing ? describe_patch<3, false>(mesh, marks, triangulation, scale, h)
+                              : describe_patch<3, true>(mesh, marks, triangulation, scale, h);
+        break;
+      case 4:
+        closing == kNoClosing ? describe_patch<4, false>(mesh, marks, triangulation, scale, h)
+                              : describe_patch<4, true>(mesh, marks, triangulation, scale, h);
+        break;
+      case 5:
+        describe_patch<5, false>(mesh, marks, triangulation, scale, h);
+        break;
+      default:
+        describe_patch<6, false>(mesh, marks, triangulation, scale, h);
+    }
     ++count;
   };
   if (kind_ == PassKind::cleaning) {

@@ -93,12 +93,14 @@ class Surroundings {
   static int star_faces(const Patch& patch, unsigned i) {
     return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
   }
-  [[nodiscard]] float log_length(std::uint32_t h) const { return face_[h / 3].log_length[h % 3]; }
+  // Of an edge as Patch::inside names it.
+  [[nodiscard]] float log_length(std::uint32_t place) const { return face_[place / 4].log_length[place % 4]; }
   void fade(float by);
   [[nodiscard]] std::uint8_t state_of(std::uint32_t v, int closed, int change) const;
   [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
   void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
                      Hypothesis& hypothesis) const;
+  template <unsigned kSize, bool kIsBorder>
   void describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
                       const Scale& scale, Hypothesis& hypothesis) const;
 

@@ -100,7 +100,7 @@ bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangu
       const std::uint8_t edge = triangulation.ring_edge[k][e];
       patch.ring[triangulation.corner[k][e]] = mesh.origin(h);
       if (edge == Triangulation::kDiagonal) continue;
-      patch.inside[edge] = h;
+      patch.inside[edge] = base[k] + face + (h - base[k]);
       patch.outside[edge] = mesh.opposite(h);
     }
   }
