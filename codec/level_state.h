@@ -22,6 +22,7 @@ namespace pmcd::codec {
 /// The models live on from packet to packet; nothing is reset.
 struct Models {
   SymbolModel symbol;
+  SymbolModel clean;  ///< of cleaning passes
   AdaptiveBit ear;  ///< beyond a boundary edge, in ear passes
   PositionModels position;
   std::array<SignedModel, 3> isolated;  ///< per axis

@@ -30,17 +30,28 @@ template <typename Source>
 class InsertingDriver {
  public:
   InsertingDriver(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source)
-      : state_(state), marks_(marks), kind_(kind), bounds_(bounds), source_(source) {}
+      : state_(state),
+        marks_(marks),
+        kind_(kind),
+        bounds_(bounds),
+        source_(source),
+        surroundings_(state.mesh, state.points, kind, state.models.symbol.begin_pass(state.mesh.vertex_count())) {}
+
+  void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
 
   Symbol decide(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {
     if (source_.failed()) return kImpossible;
     const Symbol wanted = source_.wanted_symbol();
     HalfEdgeMesh& mesh = state_.mesh;
-    SymbolModel& model = state_.models.symbol;
-    const Symbol symbol = kind_ == PassKind::decimating
-                              ? model.code_decimating(source_, mesh, marks_, gate, tag_s, tag_t, wanted, patch)
-                              : model.code_cleaning(source_, mesh, marks_, gate, wanted, patch);
-    if (symbol == kNull || symbol == kImpossible) return symbol;
+    SymbolModel& model = kind_ == PassKind::cleaning ? state_.models.clean : state_.models.symbol;
+    const std::span<const Hypothesis> hypotheses = surroundings_.look(mesh, marks_, gate, tag_s, tag_t);
+    const Hypothesis& holds = model.code(source_, mesh, marks_, gate, tag_s, tag_t, hypotheses, wanted);
+    const Symbol symbol = holds.symbol;
+    if (symbol == kNull) {
+      surroundings_.keep(mesh, gate);
+      return symbol;
+    }
+    patch = holds.patch;
     if (mesh.vertex_count() >= bounds_.vertices ||
         mesh.face_count() + 2 > bounds_.faces + (patch.is_border() ? 1 : 0)) {
       return kImpossible;
@@ -61,6 +72,7 @@ class InsertingDriver {
     insert_centre(mesh, patch, triangulation, vertex);
     state_.surface.resize(mesh.vertex_count());
     state_.surface.opened(state_.points, patch, triangulation);
+    surroundings_.insert(holds, triangulation, provisional);
     source_.told_inserted(vertex);
     return symbol;
   }
@@ -71,6 +83,7 @@ class InsertingDriver {
   PassKind kind_;
   LevelBounds bounds_;
   Source& source_;
+  Surroundings surroundings_;
 };
 
 /// The inserting side of an ear pass (conquest/ears.h). False: the packet is damaged. [linear in the half-edges]

@@ -5,6 +5,7 @@
 //
 // A Source has
 //   bool bit(AdaptiveBit&, bool value)          one decision under a model
+//   bool bit_at(uint32 p0, bool value)          one decision whose bit is 0 with probability p0 / 2^16, 0 < p0 < 2^16
 //   uint32 raw(uint32 value, unsigned count)    count <= 32 bits without a model
 //   uint32 uniform(uint32 value, uint32 count)  a number below count (count < 2^24)
 //   uint32 symbol(uint32 value, uint32 count, guess, cumulative)   a number below count under a distribution; `guess()`
@@ -48,6 +49,7 @@ class PacketReader {
   explicit PacketReader(std::span<const std::byte> coded) : decoder_(coded) {}
 
   bool bit(AdaptiveBit& model, bool /*value*/) { return decoder_.bit(model); }
+  bool bit_at(std::uint32_t p0, bool /*value*/) { return decoder_.bit_at(p0); }
   std::uint32_t raw(std::uint32_t /*value*/, unsigned count) { return count == 0 ? 0 : decoder_.raw(count); }
   std::uint32_t uniform(std::uint32_t /*value*/, std::uint32_t count) { return decoder_.uniform(count); }
   template <typename Guess, typename Cumulative>

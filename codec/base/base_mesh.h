@@ -66,7 +66,7 @@ class BaseCoder {
     const std::uint32_t face = front_.add_first_face(first, first + 1, first + 2);
     source_.told_component(component, first, face);
     if (!code_start(first)) return false;
-    surroundings_.add_face(front_.faces()[face], cells_);
+    vicinity_.add_face(front_.faces()[face], cells_);
     for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) queue(h);
     while (!gates_.empty()) {
       const std::uint32_t gate = gates_.pop();
@@ -100,7 +100,7 @@ class BaseCoder {
   }
 
   bool grow(std::uint32_t gate) {
-    const Outlook outlook = surroundings_.look(front_, cells_, gate);
+    const Outlook outlook = vicinity_.look(front_, cells_, gate);
     StepModel::Step step;
     const StepModel::Step wanted = wanted_step(gate);
     if (!steps_.code(source_, front_, cells_, outlook, gate, has_boundary_, wanted, step)) return false;
@@ -127,7 +127,7 @@ class BaseCoder {
     const std::uint32_t face = front_.attach(gate, step.entry, vertex);
     source_.told_face(gate, face, vertex);
     if (step.kind == BaseStep::Kind::new_vertex && !code_new(vertex, outlook)) return false;
-    surroundings_.add_face(front_.faces()[face], cells_);
+    vicinity_.add_face(front_.faces()[face], cells_);
     // Whoever lies beside a gap that changed.
     for (const std::uint32_t h : {before, after, step.entry, arriving, 3 * face + 1, 3 * face + 2}) {
       if (h != kNone) queue(h);
@@ -147,7 +147,7 @@ class BaseCoder {
     LatticePoint cell{};
     if (!positions_.code_new(source_, alphabets_, outlook, wanted_cell(vertex), cell)) return false;
     cells_.push_back(cell);
-    surroundings_.learn(outlook, cell);
+    vicinity_.learn(outlook, cell);
     return true;
   }
 
@@ -158,7 +158,7 @@ class BaseCoder {
   }
 
   void queue(std::uint32_t h) {
-    if (front_.is_open(h)) gates_.push(surroundings_.urgency(front_, cells_, h), h);
+    if (front_.is_open(h)) gates_.push(vicinity_.urgency(front_, cells_, h), h);
   }
 
   LevelState& state_;
@@ -171,7 +171,7 @@ class BaseCoder {
 
   Front front_;
   std::vector<LatticePoint> cells_;  // by vertex
-  Surroundings surroundings_;
+  Vicinity vicinity_;
   GateQueue gates_;
   LatticePoint start_{};
   double jump_ = most_ * 0.25 + 0.5;

@@ -33,7 +33,7 @@ double angle(const Vec& a, const Vec& b) {
 
 }  // namespace
 
-double Surroundings::gap(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t leaving) const {
+double Vicinity::gap(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t leaving) const {
   const std::uint32_t v = front.origin(leaving);
   const Vec here = to_vec(points[v]);
   const double between =
@@ -42,11 +42,11 @@ double Surroundings::gap(const Front& front, const std::vector<LatticePoint>& po
   return angles_[v] < kPi ? 2 * kPi - between : between;
 }
 
-double Surroundings::urgency(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
+double Vicinity::urgency(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
   return std::min(gap(front, points, gate), gap(front, points, front.after(gate)));
 }
 
-Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
+Outlook Vicinity::look(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const {
   Outlook o;
   const std::uint32_t before = front.before(gate);
   const std::uint32_t after = front.after(gate);
@@ -124,7 +124,7 @@ Outlook Surroundings::look(const Front& front, const std::vector<LatticePoint>& 
   return o;
 }
 
-void Surroundings::add_face(const Face& face, const std::vector<LatticePoint>& points) {
+void Vicinity::add_face(const Face& face, const std::vector<LatticePoint>& points) {
   angles_.resize(points.size(), 0);
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec here = to_vec(points[face[i]]);
@@ -132,7 +132,7 @@ void Surroundings::add_face(const Face& face, const std::vector<LatticePoint>& p
   }
 }
 
-void Surroundings::learn(const Outlook& o, const LatticePoint& actual) {
+void Vicinity::learn(const Outlook& o, const LatticePoint& actual) {
   const Vec residual = to_vec(actual) - o.position;
   const double along = dot(residual, o.normal);
   const Vec flat = residual - o.normal * along;

@@ -41,7 +41,7 @@ struct Outlook {
   std::array<Vec, kFeatures> feature{};
 };
 
-class Surroundings {
+class Vicinity {
  public:
   /// REQUIRES: points holds every vertex of the front.
   Outlook look(const Front& front, const std::vector<LatticePoint>& points, std::uint32_t gate) const;

@@ -39,49 +39,63 @@ struct Seed {
   std::uint32_t t;
 };
 
+/// What a gate's parent was and which of its gates this is: the n-th edge of a null patch's face or of a patch's ring.
+constexpr std::uint8_t parent_code(Symbol symbol, unsigned index) {
+  if (symbol == kNull) return static_cast<std::uint8_t>(index);
+  if (symbol >= kBorder) return static_cast<std::uint8_t>(2 + 5 * 4 + index);
+  return static_cast<std::uint8_t>(2 + 5 * (symbol - 3) + index);
+}
+inline constexpr std::uint8_t kSeedParent = 2 + 5 * 5;
+inline constexpr std::uint8_t kSteppedParent = kSeedParent + 1;  ///< over a face, in a cleaning conquest
+inline constexpr std::size_t kParents = kSteppedParent + 1;
+
 /// What a pass remembers of the mesh; cleared at its start, kept from pass to pass for its memory.
 struct Marks {
   std::vector<std::uint8_t> face;       ///< not 0: conquered
   std::vector<std::uint8_t> conquered;  ///< by vertex
   std::vector<Tag> tag;                 ///< by vertex
   std::vector<std::uint32_t> queue;     ///< gates, first in first out
+  std::vector<std::uint8_t> parent;     ///< by place in the queue: where the gate came from (parent_code)
+  std::uint8_t gate_parent = 0;         ///< of the gate that is being decided
 
   void clear(const HalfEdgeMesh& mesh) {
     face.assign(mesh.face_count(), 0);
     conquered.assign(mesh.vertex_count(), 0);
     tag.assign(mesh.vertex_count(), Tag::none);
     queue.clear();
+    parent.clear();
   }
 };
 
 /// One pass over all components. Driver: `Symbol decide(gate, Tag s, Tag t, Patch&)` answers what stands before the
 /// gate and, unless it is a null patch, has rewritten it and filled the patch; kImpossible ends the walk.
+/// `void step_over(gate)`: the face before the gate is conquered as it is, without a symbol (cleaning only).
 /// Answers false only then. [linear in the faces]
 template <typename Driver>
 bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kind, Marks& marks, Driver& driver) {
   marks.clear(mesh);
-  auto push_across = [&](std::uint32_t h) {
-    const std::uint32_t gate = mesh.opposite(h);
-    if (gate != kNone) marks.queue.push_back(gate);
-  };
-  auto push_outside = [&](std::uint32_t gate) {
-    if (gate != kNone) marks.queue.push_back(gate);
+  auto push = [&](std::uint32_t gate, std::uint8_t parent) {
+    if (gate == kNone) return;
+    marks.queue.push_back(gate);
+    marks.parent.push_back(parent);
   };
   for (const Seed& seed : seeds) {
     marks.queue.clear();
+    marks.parent.clear();
     marks.conquered[seed.s] = marks.conquered[seed.t] = 1;
     marks.tag[seed.t] = Tag::plus;
     marks.tag[seed.s] = Tag::minus;
     const std::uint32_t first = mesh.find_halfedge(seed.s, seed.t);
     if (first == kNone) return false;
-    marks.queue.push_back(first);
-    push_across(first);  // the first face may be a dead end in the corner of a boundary
+    push(first, kSeedParent);
+    push(mesh.opposite(first), kSeedParent);  // the first face may be a dead end in the corner of a boundary
     for (std::size_t head = 0; head < marks.queue.size(); ++head) {
       const std::uint32_t gate = marks.queue[head];
       // A gate whose face was rewritten since it was queued lies in a conquered slot too.
       if (marks.face[HalfEdgeMesh::face_of(gate)] != 0) continue;
       const Tag tag_s = marks.tag[mesh.origin(gate)];
       const Tag tag_t = marks.tag[mesh.target(gate)];
+      marks.gate_parent = marks.parent[head];
       Patch patch;
       const Symbol symbol = driver.decide(gate, tag_s, tag_t, patch);
       if (symbol == kImpossible) return false;
@@ -92,8 +106,8 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
         if (marks.tag[front] == Tag::none) {
           marks.tag[front] = tag_s == Tag::plus && tag_t == Tag::plus ? Tag::minus : Tag::plus;
         }
-        push_across(HalfEdgeMesh::next(gate));
-        push_across(HalfEdgeMesh::prev(gate));
+        push(mesh.opposite(HalfEdgeMesh::next(gate)), parent_code(kNull, 0));
+        push(mesh.opposite(HalfEdgeMesh::prev(gate)), parent_code(kNull, 1));
         continue;
       }
       if (marks.face.size() < mesh.face_count()) marks.face.resize(mesh.face_count(), 1);
@@ -110,7 +124,7 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
           Tag& tag = marks.tag[patch.ring[i]];
           if (tag == Tag::none) tag = triangulation.tag[i];
         }
-        for (unsigned i = 0; i + 1 < patch.size; ++i) push_outside(patch.outside[i]);
+        for (unsigned i = 0; i + 1 < patch.size; ++i) push(patch.outside[i], parent_code(symbol, i));
         continue;
       }
       // Cleaning: the faces beyond the two other ring edges are stepped over without a symbol. Their third vertices
@@ -118,10 +132,11 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
       for (unsigned i = 0; i + 1 < patch.size; ++i) {
         const std::uint32_t beyond = patch.outside[i];
         if (beyond == kNone || marks.face[HalfEdgeMesh::face_of(beyond)] != 0) continue;
+        driver.step_over(beyond);
         marks.face[HalfEdgeMesh::face_of(beyond)] = 1;
         marks.conquered[mesh.apex(beyond)] = 1;
-        push_across(HalfEdgeMesh::next(beyond));
-        push_across(HalfEdgeMesh::prev(beyond));
+        push(mesh.opposite(HalfEdgeMesh::next(beyond)), kSteppedParent);
+        push(mesh.opposite(HalfEdgeMesh::prev(beyond)), kSteppedParent);
       }
     }
   }

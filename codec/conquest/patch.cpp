@@ -79,32 +79,33 @@ bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangu
   patch.closing = closing;
   patch.centre = kNone;
   patch.slot_count = triangulation.triangles;
-  std::array<std::uint32_t, 4> first{};  // half-edge of each triangle's edge 0
+  std::array<std::uint32_t, 4> base{};  // half-edge of each triangle's face that has number 0 in the mesh ...
+  std::array<std::uint32_t, 4> turn{};  // ... and which of its edges the triangulation calls edge 0
+  auto edge_of = [&](unsigned k, unsigned e) {
+    const std::uint32_t corner = turn[k] + e;
+    return base[k] + (corner < 3 ? corner : corner - 3);
+  };
   for (unsigned k = 0; k < triangulation.triangles; ++k) {
     const auto& step = triangulation.step[k];
-    std::uint32_t entry = gate;
-    if (k > 0) {
-      std::uint32_t from = first[step.from_triangle];
-      for (unsigned e = 0; e < step.from_edge; ++e) from = HalfEdgeMesh::next(from);
-      entry = mesh.opposite(from);
-      if (entry == kNone) return false;
-    }
+    const std::uint32_t entry = k == 0 ? gate : mesh.opposite(edge_of(step.from_triangle, step.from_edge));
+    if (entry == kNone) return false;
     const std::uint32_t face = HalfEdgeMesh::face_of(entry);
     if (face_marks[face] != 0) return false;
     patch.slots[k] = face;
-    std::uint32_t h = entry;
-    for (unsigned e = step.entry_edge; e < 3; ++e) h = HalfEdgeMesh::next(h);
-    first[k] = h;
-    for (unsigned e = 0; e < 3; ++e, h = HalfEdgeMesh::next(h)) {
+    base[k] = 3 * face;
+    const std::uint32_t corner = entry - base[k] + 3 - step.entry_edge;
+    turn[k] = corner < 3 ? corner : corner - 3;
+    for (unsigned e = 0; e < 3; ++e) {
+      const std::uint32_t h = edge_of(k, e);
       const std::uint8_t edge = triangulation.ring_edge[k][e];
       patch.ring[triangulation.corner[k][e]] = mesh.origin(h);
-      if (edge != Triangulation::kDiagonal) patch.outside[edge] = mesh.opposite(h);
+      if (edge == Triangulation::kDiagonal) continue;
+      patch.inside[edge] = base[k] + face + (h - base[k]);
+      patch.outside[edge] = mesh.opposite(h);
     }
   }
-  for (unsigned i = 1; i < patch.size; ++i) {
-    for (unsigned j = 0; j < i; ++j) {
-      if (patch.ring[i] == patch.ring[j]) return false;
-    }
+  for (unsigned i = 0; i < triangulation.apart_count; ++i) {
+    if (patch.ring[triangulation.apart[i][0]] == patch.ring[triangulation.apart[i][1]]) return false;
   }
   return closing == kNoClosing || patch.outside[closing] == kNone;
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The connectivity symbol at a gate as a few binary decisions: null? else which patch, impossible ones left out at no
-// cost. Contexts: the gate's tags, the front vertex, the faces beside, and how each patch would change the valences.
-// Written once for both directions; the geometry is not asked.
+// The connectivity symbol at a gate: each hypothesis (hypothesis.h) gets a score from its features, from the states
+// its vertices would have and from a trained network (symbol_network.h); a softmax makes probabilities of them, which
+// are coded as binary decisions (null? else which patch?), impossible ones left out at no cost. The last layer adapts
+// to the mesh by stochastic gradient descent. Written once for both directions.
 #pragma once
 
 #include <algorithm>
@@ -10,130 +11,72 @@
 #include <span>
 
 #include "codec/conquest/conquest.h"
-#include "codec/conquest/patch.h"
-#include "codec/entropy/adaptive_bit.h"
+#include "codec/conquest/hypothesis.h"
+#include "codec/conquest/symbol_network.h"
 #include "codec/mesh/halfedge_mesh.h"
 
 namespace pmcd::codec {
 
 class SymbolModel {
  public:
-  /// Codes `wanted` (writing) or reads the symbol, and collects its polygon into `patch`; kImpossible when `wanted`
-  /// cannot stand here, which no encoder asks for.
-  template <typename Source>
-  Symbol code_decimating(Source& source, const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
-                         Tag tag_t, Symbol wanted, Patch& patch) {
-    Candidates candidates;
-    find_candidates(mesh, marks, gate, tag_s, tag_t, candidates);
-    int best = 99;
-    for (unsigned i = 0; i < candidates.count; ++i) best = std::min(best, candidates.gain[i]);
-    const std::size_t tags = tag_context(tag_s, tag_t);
+  SymbolModel();
 
-    const std::uint32_t front = mesh.apex(gate);
-    const std::size_t front_state =
-        marks.conquered[front] == 0 ? 0
-                                    : (marks.tag[front] == Tag::plus ? 1u : (marks.tag[front] == Tag::minus ? 2u : 3u));
-    const std::size_t beside = beside_context(mesh, marks, gate);
-    const std::size_t gain = gain_context(best);
-    if (source.bit(null_[tags][front_state][beside][gain], wanted == kNull)) return kNull;
-
-    for (unsigned i = 0; i < candidates.count; ++i) {
-      const Symbol symbol = candidates.symbol[i];
-      const bool only_one_left = i + 1 == candidates.count;
-      // Where a border patch closes is told by the ends of the gate that lie on the boundary, nearly always.
-      const bool border = symbol >= kBorder;
-      const std::size_t kind = border ? symbol - kBorder + 4u : symbol - 3u;
-      const std::size_t state = border ? ends_context(mesh, gate) : front_state;
-      if (only_one_left || source.bit(take_[tags][kind][gain_context(candidates.gain[i])][state], wanted == symbol)) {
-        patch = candidates.patch[i];
-        return symbol;
-      }
-    }
-    return kImpossible;
+  /// Told the vertices before a pass; answers the first vertex that the pass before inserted.
+  std::uint32_t begin_pass(std::uint32_t vertices) {
+    const std::uint32_t previous = before_;
+    before_ = vertices;
+    return previous;
   }
 
-  /// The cleaning conquest's alphabet: 3 or null.
+  /// Codes `wanted` (writing) or reads which of the hypotheses before the gate holds; no encoder wants another.
+  /// REQUIRES: Surroundings::look's answer.
   template <typename Source>
-  Symbol code_cleaning(Source& source, const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Symbol wanted,
-                       Patch& patch) {
-    Candidates candidates;
-    add_candidate(mesh, marks, gate, interior_triangulation(3, Tag::plus, Tag::minus), kNoClosing, 3, candidates);
-    const std::size_t front_state = marks.conquered[mesh.apex(gate)];
-    const std::size_t beside = beside_context(mesh, marks, gate);
-    if (source.bit(clean_[front_state][beside][gain_context(candidates.gain[0])], wanted == kNull)) return kNull;
-    patch = candidates.patch[0];
-    return 3;
+  const Hypothesis& code(Source& source, const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                         Tag tag_t, std::span<const Hypothesis> hypotheses, Symbol wanted) {
+    Weighed weighed;
+    weigh(hypotheses, gate_state(mesh, marks, gate, tag_s, tag_t), marks.gate_parent, weighed);
+    float rest = 1;
+    std::size_t i = 0;
+    while (i + 1 < hypotheses.size() &&
+           !source.bit_at(chance_against(weighed.share[i], rest), wanted == hypotheses[i].symbol)) {
+      rest -= weighed.share[i++];
+    }
+    learn(hypotheses, weighed, i);
+    return hypotheses[i];
   }
 
  private:
-  static constexpr std::size_t kGains = 9;
-
-  struct Candidates {
-    static constexpr std::size_t kMost = 4 + kBorderSymbols;
-    unsigned count = 0;
-    std::array<Symbol, kMost> symbol{};
-    std::array<Patch, kMost> patch;
-    std::array<int, kMost> gain{};  // change of the sum of |valence - 6| over the ring if this patch is opened
+  // Of the hypotheses at one gate.
+  struct Weighed {
+    std::array<float, kSymbolRows> share;
+    std::array<HiddenLanes, kSymbolRows> hidden;
   };
 
-  static std::size_t tag_context(Tag s, Tag t) { return (s == Tag::plus ? 2u : 0u) + (t == Tag::plus ? 1u : 0u); }
-
-  static std::size_t ends_context(const HalfEdgeMesh& mesh, std::uint32_t gate) {
-    return (mesh.is_boundary(mesh.origin(gate)) ? 2u : 0u) + (mesh.is_boundary(mesh.target(gate)) ? 1u : 0u);
+  // Of the next hypothesis not to hold, times 2^16, given that none before it does.
+  static std::uint32_t chance_against(float share, float rest) {
+    const float against = 1.0f - share / std::max(rest, 1e-9f);
+    return static_cast<std::uint32_t>(std::clamp(against * 65536.0f, 24.0f, 65512.0f));
   }
 
-  static std::size_t gain_context(int gain) { return static_cast<std::size_t>(std::clamp(gain, -4, 4) + 4); }
-
-  // Whether the faces across the two other edges are conquered (or missing).
-  static std::size_t beside_context(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate) {
-    auto taken = [&](std::uint32_t h) {
-      const std::uint32_t across = mesh.opposite(h);
-      return across == kNone || marks.face[HalfEdgeMesh::face_of(across)] != 0;
+  static std::size_t gate_state(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                                Tag tag_t) {
+    const std::uint32_t front = mesh.apex(gate);
+    auto taken = [&](std::uint32_t edge) {
+      const std::uint32_t across = mesh.opposite(edge);
+      return across == kNone || marks.face[HalfEdgeMesh::face_of(across)] != 0 ? 1u : 0u;
     };
-    return (taken(HalfEdgeMesh::next(gate)) ? 2u : 0u) + (taken(HalfEdgeMesh::prev(gate)) ? 1u : 0u);
+    const std::size_t beside = 2 * taken(HalfEdgeMesh::next(gate)) + taken(HalfEdgeMesh::prev(gate));
+    const std::size_t front_state = marks.conquered[front] == 0 ? 0u : static_cast<std::size_t>(marks.tag[front]) + 1u;
+    return (4 * front_state + beside) * 4 + (tag_s == Tag::plus ? 2u : 0u) + (tag_t == Tag::plus ? 1u : 0u);
   }
 
-  static void add_candidate(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate,
-                            const Triangulation& triangulation, unsigned closing, Symbol symbol,
-                            Candidates& candidates) {
-    Patch& patch = candidates.patch[candidates.count];
-    if (!collect_polygon(mesh, gate, triangulation, closing, marks.face, patch)) return;
-    int gain = 0;
-    std::array<int, kMaxPatchSize> change{};
-    for (unsigned i = 0; i < patch.size; ++i) change[i] = 2;
-    for (unsigned k = 0; k < triangulation.triangles; ++k) {
-      for (std::uint8_t corner : triangulation.corner[k]) --change[corner];
-    }
-    for (unsigned i = 0; i < patch.size; ++i) {
-      const auto now = static_cast<int>(std::min<std::uint32_t>(mesh.face_valence(patch.ring[i]), 100));
-      const int ideal = mesh.is_boundary(patch.ring[i]) ? 3 : 6;
-      gain += std::abs(now + change[i] - ideal) - std::abs(now - ideal);
-    }
-    candidates.symbol[candidates.count] = symbol;
-    candidates.gain[candidates.count] = gain;
-    ++candidates.count;
-  }
+  void weigh(std::span<const Hypothesis> hypotheses, std::size_t state, std::size_t parent, Weighed& weighed) const;
+  void learn(std::span<const Hypothesis> hypotheses, const Weighed& weighed, std::size_t holds);
 
-  static void find_candidates(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s, Tag tag_t,
-                              Candidates& candidates) {
-    // A border patch takes in a boundary edge of at most two faces: then a vertex of the gate's face lies there.
-    if (ends_context(mesh, gate) != 0 || mesh.is_boundary(mesh.apex(gate))) {
-      for (unsigned size = 4; size >= 3; --size) {
-        for (unsigned closing = 0; closing + 1 < size; ++closing) {
-          add_candidate(mesh, marks, gate, border_triangulation(size, closing, tag_t), closing,
-                        border_symbol(size, closing), candidates);
-        }
-      }
-    }
-    for (unsigned size = 6; size >= 3; --size) {
-      add_candidate(mesh, marks, gate, interior_triangulation(size, tag_s, tag_t), kNoClosing,
-                    static_cast<Symbol>(size), candidates);
-    }
-  }
-
-  std::array<std::array<std::array<std::array<AdaptiveBit, kGains>, 4>, 4>, 4> null_;
-  std::array<std::array<std::array<std::array<AdaptiveBit, 4>, kGains>, 4 + kBorderSymbols>, 4> take_;
-  std::array<std::array<std::array<AdaptiveBit, kGains>, 4>, 2> clean_;
+  std::uint32_t before_ = 0;
+  std::array<SymbolInputs, kSymbolRows> linear_;
+  std::array<HiddenLanes, kSymbolRows> output_;
+  std::array<std::array<float, kVertexStates>, 2> state_;  // null patches, others
 };
 
 }  // namespace pmcd::codec

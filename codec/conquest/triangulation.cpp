@@ -40,11 +40,26 @@ constexpr Triangulation make(std::uint8_t size, const Corners& corners, const Ta
       if (!found) continue;
       placed[i] = true;
       t.corner[k] = corners[i];
+      for (std::uint8_t corner : corners[i]) ++t.faces_at[corner];
+      if (k > 0) {
+        const auto& from = t.corner[t.step[k].from_triangle];
+        t.diagonal[k - 1u] = {from[t.step[k].from_edge], to(from, t.step[k].from_edge)};
+      }
       break;
     }
     for (std::uint8_t e = 0; e < 3; ++e) {
       const std::uint8_t a = t.corner[k][e];
       t.ring_edge[k][e] = to(t.corner[k], e) == (a + 1) % size ? a : Triangulation::kDiagonal;
+    }
+  }
+  for (std::uint8_t a = 0; a < size; ++a) {
+    for (std::uint8_t b = 0; b < a; ++b) {
+      bool together = false;
+      for (std::uint8_t k = 0; k < t.triangles; ++k) {
+        const auto& c = t.corner[k];
+        together = together || ((c[0] == a || c[1] == a || c[2] == a) && (c[0] == b || c[1] == b || c[2] == b));
+      }
+      if (!together) t.apart[t.apart_count++] = {a, b};
     }
   }
   return t;

@@ -30,7 +30,11 @@ struct Triangulation {
   std::array<std::array<std::uint8_t, 3>, 4> ring_edge{};
   /// How triangle k is reached; for triangle 0 only entry_edge counts: it is the gate.
   std::array<Step, 4> step{};
-  std::array<Tag, kMaxPatchSize> tag{};  ///< for ring vertices 1 .. size - 2 that have none yet
+  std::array<std::uint8_t, kMaxPatchSize> faces_at{};  ///< triangles at each ring vertex
+  std::array<std::array<std::uint8_t, 2>, 6> apart{};  ///< ring numbers of two vertices that share no triangle
+  std::uint8_t apart_count = 0;
+  std::array<std::array<std::uint8_t, 2>, 3> diagonal{};  ///< ring numbers of the triangles - 1 diagonals
+  std::array<Tag, kMaxPatchSize> tag{};                   ///< for ring vertices 1 .. size - 2 that have none yet
 
   static constexpr std::uint8_t kDiagonal = 0xFF;
 };

@@ -34,6 +34,8 @@ class RemovingDriver {
     return symbol;
   }
 
+  void step_over(std::uint32_t /*gate*/) {}
+
  private:
   Symbol choose(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {
     if (marks_.conquered[mesh_.apex(gate)] != 0 || !collect_star(mesh_, gate, patch)) return kNull;

@@ -49,6 +49,10 @@ class PlanWriter {
     encoder_.bit(model, value);
     return value;
   }
+  bool bit_at(std::uint32_t p0, bool value) {
+    encoder_.bit_at(p0, value);
+    return value;
+  }
   std::uint32_t raw(std::uint32_t value, unsigned count) {
     if (count > 0) encoder_.raw(value, count);
     return value;

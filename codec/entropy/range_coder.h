@@ -20,14 +20,19 @@ class RangeEncoder {
   explicit RangeEncoder(std::vector<std::byte>& out) : out_(out), start_(out.size()) {}
 
   void bit(AdaptiveBit& model, bool value) {
-    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * model.p0();
+    bit_at(model.p0(), value);
+    model.update(value);
+  }
+
+  /// A decision whose bit is 0 with probability p0 / 2^16. REQUIRES: 0 < p0 < 2^16.
+  void bit_at(std::uint32_t p0, bool value) {
+    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * p0;
     if (value) {
       add(bound);
       range_ -= bound;
     } else {
       range_ = bound;
     }
-    model.update(value);
     if (range_ < kLeast) shift();
   }
 
@@ -113,7 +118,14 @@ class RangeDecoder {
   }
 
   bool bit(AdaptiveBit& model) {
-    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * model.p0();
+    const bool value = bit_at(model.p0());
+    model.update(value);
+    return value;
+  }
+
+  /// REQUIRES: 0 < p0 < 2^16.
+  bool bit_at(std::uint32_t p0) {
+    const std::uint64_t bound = (range_ >> AdaptiveBit::kPrecision) * p0;
     const bool value = code_ >= bound;
     if (value) {
       code_ -= bound;
@@ -121,7 +133,6 @@ class RangeDecoder {
     } else {
       range_ = bound;
     }
-    model.update(value);
     if (range_ < kLeast) shift();
     return value;
   }

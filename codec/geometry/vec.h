@@ -14,9 +14,9 @@ namespace pmcd::codec {
 static_assert(FLT_EVAL_METHOD == 0, "the codec's predictions need plain double arithmetic");
 
 struct Vec {
-  double x;
-  double y;
-  double z;
+  double x = 0;
+  double y = 0;
+  double z = 0;
 
   double& operator[](std::size_t axis) { return axis == 0 ? x : (axis == 1 ? y : z); }
   double operator[](std::size_t axis) const { return axis == 0 ? x : (axis == 1 ? y : z); }

@@ -3,6 +3,7 @@
 // damaged or short data end in an answer.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "codec/entropy/adaptive_bit.h"
 #include "codec/entropy/integer_model.h"
 #include "codec/entropy/range_coder.h"
+#include "codec/entropy/softmax.h"
 #include "codec/geometry/residual_model.h"
 #include "tests/codec/generated.h"
 
@@ -218,6 +220,26 @@ TEST(RangeCoder, SpendsWhatTheoryAllows) {
   EXPECT_LE(8.0 * static_cast<double>(bytes.size()), ideal + 16);
 }
 
+TEST(RangeCoder, DecisionsAtGivenChancesComeBackAtTheirPrice) {
+  Random random(21);
+  std::vector<std::pair<std::uint32_t, bool>> decisions;
+  double ideal = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint32_t p0 = random.one_in(4) ? (random.one_in(2) ? 1 : 65535) : 1 + random.below(65535);
+    const bool bit = random.below(65536) >= p0;
+    decisions.push_back({p0, bit});
+    ideal -= std::log2((bit ? 65536.0 - p0 : p0) / 65536.0);
+  }
+  std::vector<std::byte> bytes;
+  RangeEncoder encoder(bytes);
+  for (const auto& [p0, bit] : decisions) encoder.bit_at(p0, bit);
+  EXPECT_NEAR(encoder.bits_written(), ideal, 2);
+  encoder.finish();
+  RangeDecoder decoder(bytes);
+  for (const auto& [p0, bit] : decisions) ASSERT_EQ(decoder.bit_at(p0), bit);
+  EXPECT_TRUE(decoder.at_end());
+}
+
 TEST(RangeCoder, FinishIsShort) {
   // So few bits must fit into so few bytes, whatever they are.
   for (std::uint32_t value = 0; value < 256; ++value) {
@@ -379,6 +401,59 @@ TEST(ResidualModelTest, HalfOctavesAreFloorsOfTwiceTheLogarithm) {
     EXPECT_EQ(half_octave(std::ldexp(1.41, exponent)), 2 * exponent);
     EXPECT_EQ(half_octave(std::ldexp(1.42, exponent)), 2 * exponent + 1);
     EXPECT_EQ(half_octave(std::ldexp(1.999, exponent)), 2 * exponent + 1);
+  }
+}
+
+TEST(SoftmaxTest, LogarithmsAndPowersAreNearEnough) {
+  for (int i = -3000; i <= 3000; ++i) {
+    const float x = static_cast<float>(i) / 100;
+    EXPECT_NEAR(fast_exp2(x) / std::exp2(x), 1, 2.5e-4) << x;
+    const float power = std::exp2(x);
+    EXPECT_NEAR(fast_log2(power), x, 1.1e-3) << x;
+    EXPECT_EQ(fast_log2(Four{power, power, 1, power})[3], fast_log2(power)) << x;
+  }
+  for (int i = -30; i <= 30; ++i) {
+    EXPECT_EQ(fast_log2(std::ldexp(1.0f, i)), static_cast<float>(i));
+    EXPECT_EQ(fast_exp2(static_cast<float>(i)), std::ldexp(1.0f, i));
+  }
+}
+
+// Not near, but the very bits: decoders of all builds must agree.
+TEST(SoftmaxTest, BitsAreTheSameEverywhere) {
+  auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
+  EXPECT_EQ(bits(fast_log2(3.0f)), 0x3FCADE01u);
+  EXPECT_EQ(bits(fast_log2(0.0123f)), 0xC0CB0D26u);
+  EXPECT_EQ(bits(fast_exp2(0.7f)), 0x3FCFF3D0u);
+  EXPECT_EQ(bits(fast_exp2(-13.37f)), 0x38C6182Eu);
+  std::array<float, 5> score = {0.3f, -1.7f, 2.25f, -100.0f, 1.1f};
+  softmax(score.data(), score.size());
+  EXPECT_EQ(bits(score[0]), 0x3E1563EAu);
+  EXPECT_EQ(bits(score[2]), 0x3F10498Au);
+  EXPECT_EQ(bits(score[3]), 0x3010498Au);
+  Lanes<8> a{{0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f, 0.7f, 0.8f}};
+  const Lanes<8> b{{1.1f, -1.2f, 1.3f, -1.4f, 1.5f, -1.6f, 1.7f, 1.8f}};
+  EXPECT_EQ(bits(dot(a, b)), 0x4007AE14u);
+  add_scaled(a, 0.007f, b);
+  EXPECT_EQ(bits(a.value[5]), 0x3F16BB99u);
+}
+
+TEST(SoftmaxTest, SharesSumToOneAndKeepTheirOrder) {
+  Random random(2);
+  for (int run = 0; run < 1000; ++run) {
+    std::array<float, 10> score{};
+    const std::size_t count = 1 + random.below(10);
+    for (std::size_t i = 0; i < count; ++i) score[i] = static_cast<float>(random.unit() * 120 - 60);
+    std::array<float, 10> share = score;
+    softmax(share.data(), count);
+    float sum = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      sum += share[i];
+      EXPECT_GE(share[i], 0);
+      for (std::size_t j = 0; j < i; ++j) {
+        EXPECT_EQ(score[i] < score[j] && share[i] > share[j], false);
+      }
+    }
+    EXPECT_NEAR(sum, 1, 1e-5);
   }
 }
 

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: MIT
+// Everything here steers decoding: single precision, + - * / and sqrt only, every quotient and logarithm guarded.
+#include "codec/conquest/hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace pmcd::codec {
+namespace {
+
+// Lengths and areas below this are none, lattice units.
+constexpr float kLeast = 0.05f;
+// An offset is not nearer to nothing than this share of an edge, squared.
+constexpr float kLeastOffset = 0.003f;
+// Valences above are as good as this.
+constexpr std::uint32_t kMaxValence = 10000;
+constexpr float kFarthest = 4.0f;
+
+Four at(const LatticePoint& p) {
+  return Four{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0};
+}
+
+float squared(Four a) {
+  const Four square = a * a;
+  return square[0] + square[1] + square[2];
+}
+
+Four cross(Four a, Four b) {
+  return Four{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], 0};
+}
+
+Four guarded_log2(Four x) {
+  const Four least = Four{} + kLeast;
+  return fast_log2(x > least ? x : least);
+}
+
+void bound(SymbolInputs& inputs) {
+  for (std::size_t i = 0; i < kSymbolInputs; i += 4) {
+    Four four = load_four(&inputs.value[i]);
+    four = four > -kFarthest ? four : Four{} - kFarthest;
+    four = four < kFarthest ? four : Four{} + kFarthest;
+    store_four(&inputs.value[i], four);
+  }
+}
+
+}  // namespace
+
+Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind,
+                           std::uint32_t previous)
+    : kind_(kind), previous_(previous) {
+  if (kind == PassKind::ears) return;
+  const std::uint32_t faces = mesh.face_count();
+  face_.resize(faces);
+  vertex_.resize(mesh.vertex_count());
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    vertex_[v].position = at(points[v]);
+    const auto valence = static_cast<std::int16_t>(std::min(mesh.face_valence(v), kMaxValence));
+    vertex_[v].open = static_cast<std::uint16_t>(valence);
+    vertex_[v].valence = valence;
+  }
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    const Face corners = mesh.face(f);
+    const Four a = vertex_[corners[0]].position;
+    const Four b = vertex_[corners[1]].position;
+    const Four c = vertex_[corners[2]].position;
+    const Four normal = cross(b - a, c - a);
+    const Four squares{squared(b - a), squared(c - b), squared(a - c), squared(normal)};
+    const Four logs = 0.5f * guarded_log2(squares);
+    const float area = std::sqrt(squares[3]);
+    face_[f] = {normal + Four{0, 0, 0, area}, logs[3], {logs[0], logs[1], logs[2]}};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      if (mesh.opposite(3 * f + i) != kNone) continue;
+      has_boundary_ = true;
+      vertex_[corners[i]].valence += 3;  // once a vertex: one boundary edge leaves it
+    }
+  }
+}
+
+inline std::uint8_t Surroundings::state_of(std::uint32_t v, int closed, int change) const {
+  const Vertex& here = vertex_[v];
+  return static_cast<std::uint8_t>(std::min(here.open - closed, 3) * 10 + std::clamp(here.valence + change - 2, 0, 9));
+}
+
+Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const {
+  const Vertex& at_s = vertex_[s];
+  const Vertex& at_t = vertex_[t];
+  const Vertex& at_front = vertex_[front];
+  // A little of the whole pass steadies the local means and stands in for them at a seed.
+  constexpr float kPrior = 0.5f;
+  const float prior = kPrior / std::max(all_.faces, 1.0f);
+  const float faces = at_s.faces + at_t.faces + kPrior;
+  const Four sums{at_s.log_area + at_t.log_area + at_front.log_area + prior * all_.log_area,
+                  at_s.log_length + at_t.log_length + prior * all_.log_length, at_s.log_area, at_t.log_area};
+  const Four means = sums / Four{faces + at_front.faces, faces, std::max(at_s.faces, 1.0f), std::max(at_t.faces, 1.0f)};
+  return {means[0], means[1], fast_exp2(-2.0f * means[1]), means[2], means[3]};
+}
+
+void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
+                                 Hypothesis& h) const {
+  const std::uint32_t t = mesh.target(gate);
+  const std::uint32_t s = mesh.origin(gate);
+  const std::uint32_t front = mesh.apex(gate);
+  h.symbol = kNull;
+  h.row = 0;
+  h.vertices = 3;
+  h.state = {state_of(t, 1, 0), state_of(front, 1, 0), state_of(s, 1, 0)};
+  // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
+  const std::array<Four, 3> corner = {vertex_[s].position, vertex_[t].position, vertex_[front].position};
+  const Four sum = corner[0] + corner[1] + corner[2];
+  auto kite = [&](std::uint32_t across, Four actual) {
+    return squared(actual + actual - sum + vertex_[mesh.apex(across)].position);
+  };
+  const std::uint32_t next = HalfEdgeMesh::next(gate);
+  const std::uint32_t prev = HalfEdgeMesh::prev(gate);
+  const std::uint32_t behind = mesh.opposite(gate);
+  float kites = 0;
+  float kite_count = 0;
+  auto add_kite = [&](std::uint32_t inner, Four actual) {
+    const std::uint32_t across = mesh.opposite(inner);
+    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) return;
+    kites += kite(across, actual);
+    kite_count += 1;
+  };
+  add_kite(next, corner[0]);
+  add_kite(prev, corner[1]);
+  const float of_gate = behind == kNone ? 0.0f : kite(behind, corner[2]);
+  const Four logs =
+      0.5f *
+      fast_log2(Four{of_gate, kite_count > 1 ? 0.5f * kites : kites, 0, 0} * scale.per_edge_squared + kLeastOffset);
+  auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
+  auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
+  const FaceShape& face = face_[HalfEdgeMesh::face_of(gate)];
+  const float log_next = face.log_length[next % 3];
+  const float log_prev = face.log_length[prev % 3];
+  const float log_gate = face.log_length[gate % 3];
+  h.input.value = {face.log_area - scale.log_area,
+                   log_next + log_prev - 2.0f * scale.log_edge,
+                   few(mesh.face_valence(front)) - 1.2f,
+                   few(vertex_[front].open),
+                   few(vertex_[s].open + vertex_[t].open),
+                   recent(front),
+                   std::max(log_next, log_prev) - log_gate,
+                   log_gate - scale.log_edge,
+                   few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f,
+                   log_next - log_prev,
+                   logs[0],
+                   kite_count > 0 ? logs[1] : 0.0f,
+                   recent(s) + recent(t),
+                   scale.log_area_s - scale.log_area,
+                   scale.log_area_t - scale.log_area,
+                   0.2f * std::min(vertex_[front].faces, 16.0f)};
+  bound(h.input);
+}
+
+template <unsigned kSize, bool kIsBorder>
+void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
+                                  const Scale& scale, Hypothesis& h) const {
+  static constexpr std::array<float, kMaxPatchSize + 1> kShare = {0,        1,        1 / 2.0f, 1 / 3.0f,
+                                                                  1 / 4.0f, 1 / 5.0f, 1 / 6.0f};
+  const Patch& patch = h.patch;
+  constexpr unsigned kTriangles = kSize - 2;
+  constexpr float kShareOfRing = 1.0f / static_cast<float>(kSize);
+
+  Four normal{};
+  float least_face = face_[patch.slots[0]].log_area;
+  float most_face = least_face;
+  for (unsigned k = 0; k < kTriangles; ++k) {
+    const FaceShape& face = face_[patch.slots[k]];
+    normal += face.normal;
+    least_face = std::min(least_face, face.log_area);
+    most_face = std::max(most_face, face.log_area);
+  }
+
+  std::array<Four, kMaxPatchSize> ring;
+  Four mean{};
+  float recent = 0;
+  int regular = 0;
+  for (unsigned i = 0; i < kSize; ++i) {
+    const std::uint32_t v = patch.ring[i];
+    ring[i] = vertex_[v].position;
+    mean += ring[i];
+    recent += v >= previous_ ? 1.0f : 0.0f;
+    const int change = (kIsBorder ? star_faces(patch, i) : 2) - triangulation.faces_at[i];
+    h.state[i] = state_of(v, triangulation.faces_at[i], change);
+    const int excess = std::clamp(vertex_[v].valence + change, 2, 11) - 6;  // of the valence afterwards over 6
+    regular += std::abs(excess) - std::abs(excess - change);
+  }
+  mean *= kShareOfRing;
+
+  float least = squared(ring[0] - mean);
+  float most = least;
+  float spokes = 0;
+  float border = 0;
+  float longest = log_length(patch.inside[0]);
+  float shortest = longest;
+  float of_gate = 0;
+  float kites = 0;
+  unsigned kite_count = 0;
+  for (unsigned i = 0; i < kSize; ++i) {
+    const float spoke = squared(ring[i] - mean);
+    least = std::min(least, spoke);
+    most = std::max(most, spoke);
+    spokes += spoke;
+    const float edge = log_length(patch.inside[i]);
+    border += edge;
+    longest = std::max(longest, edge);
+    shortest = std::min(shortest, edge);
+    // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring.
+    const std::uint32_t across = patch.outside[i];
+    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
+    const float kite = squared(mean - ring[i] - ring[i + 1 < kSize ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
+    if (i + 1 == kSize) of_gate = kite;
+    kites += kite;
+    ++kite_count;
+  }
+  float diagonals = 0;
+  float longest_diagonal = 0;
+  float shortest_diagonal = 1e30f;
+  for (unsigned k = 0; k + 1u < kTriangles; ++k) {
+    const float diagonal = squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
+    diagonals += diagonal;
+    longest_diagonal = std::max(longest_diagonal, diagonal);
+    shortest_diagonal = std::min(shortest_diagonal, diagonal);
+  }
+
+  h.vertices = static_cast<std::uint8_t>(kSize);
+  const float border_mean = border * kShareOfRing;
+  const float face_area = normal[3] * (kIsBorder ? kShare[kSize - 1] : kShareOfRing);
+  const Four unit = Four{} + scale.per_edge_squared;
+  const Four diagonal_logs =
+      0.5f * fast_log2(Four{diagonals * kShare[kTriangles - 1u], shortest_diagonal, longest_diagonal, 0} * unit +
+                       kLeastOffset);
+  const Four lengths = 0.5f * fast_log2(Four{most, least, of_gate, kites * kShare[kite_count]} * unit + kLeastOffset);
+  const Four whole = guarded_log2(Four{face_area, spokes * kShareOfRing, 1.0f, 1.0f});
+  h.log_area = whole[0];
+  h.log_spoke = 0.5f * whole[1];
+  h.input.value = {h.log_area - scale.log_area,
+                   0.3f * static_cast<float>(regular),
+                   kSize > 3 ? diagonal_logs[1] : 0.0f,
+                   border_mean - scale.log_edge,
+                   longest - border_mean,
+                   recent * kShareOfRing,
+                   kSize > 3 ? diagonal_logs[0] : 0.0f,
+                   kSize > 3 ? diagonal_logs[2] : 0.0f,
+                   shortest - border_mean,
+                   lengths[0],
+                   lengths[1],
+                   of_gate > 0 ? lengths[2] : 0.0f,
+                   kite_count > 0 ? lengths[3] : 0.0f,
+                   static_cast<float>(kite_count) * kShareOfRing,
+                   least_face - scale.log_area,
+                   most_face - scale.log_area};
+  bound(h.input);
+}
+
+std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate,
+                                               Tag tag_s, Tag tag_t) {
+  const std::uint32_t s = mesh.origin(gate);
+  const std::uint32_t t = mesh.target(gate);
+  const std::uint32_t front = mesh.apex(gate);
+  const Scale scale = measure(s, t, front);
+  describe_null(mesh, marks, gate, scale, hypothesis_[0]);
+  std::size_t count = 1;
+  auto consider = [&](const Triangulation& triangulation, unsigned closing, Symbol symbol, std::size_t row) {
+    Hypothesis& h = hypothesis_[count];
+    if (!collect_polygon(mesh, gate, triangulation, closing, marks.face, h.patch)) return;
+    h.symbol = symbol;
+    h.row = static_cast<std::uint8_t>(row);
+    switch (h.patch.size) {
+      case 3:
+        closing == kNoClosing ? describe_patch<3, false>(mesh, marks, triangulation, scale, h)
+                              : describe_patch<3, true>(mesh, marks, triangulation, scale, h);
+        break;
+      case 4:
+        closing == kNoClosing ? describe_patch<4, false>(mesh, marks, triangulation, scale, h)
+                              : describe_patch<4, true>(mesh, marks, triangulation, scale, h);
+        break;
+      case 5:
+        describe_patch<5, false>(mesh, marks, triangulation, scale, h);
+        break;
+      default:
+        describe_patch<6, false>(mesh, marks, triangulation, scale, h);
+    }
+    ++count;
+  };
+  if (kind_ == PassKind::cleaning) {
+    consider(interior_triangulation(3, Tag::plus, Tag::minus), kNoClosing, 3, 1);
+    return {hypothesis_.data(), count};
+  }
+  // A border patch takes in a boundary edge of at most two faces: then a vertex of the gate's face lies there.
+  if (has_boundary_ && (mesh.is_boundary(s) || mesh.is_boundary(t) || mesh.is_boundary(front))) {
+    for (unsigned size = 4; size >= 3; --size) {
+      for (unsigned closing = 0; closing + 1 < size; ++closing) {
+        const Symbol symbol = border_symbol(size, closing);
+        consider(border_triangulation(size, closing, tag_t), closing, symbol, 5u + symbol - kBorder);
+      }
+    }
+  }
+  for (unsigned size = 6; size >= 3; --size) {
+    consider(interior_triangulation(size, tag_s, tag_t), kNoClosing, static_cast<Symbol>(size), size - 2);
+  }
+  return {hypothesis_.data(), count};
+}
+
+void Surroundings::fade(float by) {
+  all_.log_area *= by;
+  all_.log_length *= by;
+  all_.faces *= by;
+}
+
+void Surroundings::keep(const HalfEdgeMesh& mesh, std::uint32_t gate) {
+  const FaceShape& face = face_[HalfEdgeMesh::face_of(gate)];
+  const float edge = (face.log_length[0] + face.log_length[1] + face.log_length[2]) * (1.0f / 3.0f);
+  for (std::uint32_t v : mesh.face(HalfEdgeMesh::face_of(gate))) {
+    add_face(vertex_[v], face.log_area, edge);
+    close(vertex_[v], 1);
+  }
+  fade(0.98f);
+  add_face(all_, face.log_area, edge);
+}
+
+void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulation, const LatticePoint& position) {
+  const Patch& patch = h.patch;
+  fade(0.9f);
+  Vertex centre;
+  centre.position = at(position);
+  centre.valence = static_cast<std::int16_t>(patch.is_border() ? patch.size + 2 : patch.size);
+  for (unsigned i = 0; i < patch.size; ++i) {
+    Vertex& corner = vertex_[patch.ring[i]];
+    close(corner, triangulation.faces_at[i]);
+    corner.valence = static_cast<std::int16_t>(std::clamp(
+        corner.valence + star_faces(patch, i) - triangulation.faces_at[i], 0, 2 * static_cast<int>(kMaxValence)));
+    if (i == patch.closing) continue;
+    const float edge = (2.0f * h.log_spoke + log_length(patch.inside[i])) * (1.0f / 3.0f);
+    for (Vertex* v : {&vertex_[patch.ring[i]], &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &all_, &centre}) {
+      add_face(*v, h.log_area, edge);
+    }
+  }
+  vertex_.push_back(centre);
+}
+
+}  // namespace pmcd::codec

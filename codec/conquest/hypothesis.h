@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// What could stand before a gate, each possibility with what the geometry says of it: a removed vertex leaves faces
+// that are too large and edges that are too long against the refined ones nearby, and valences that come out right.
+// Source: geometry-guided prediction of connectivity goes back to Lewiner et al. (GEncode, 2004) and Kaelberer et al.
+// (FreeLence, 2005); these features are ours. It neither decides nor codes (symbol_model.h does).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/conquest/conquest.h"
+#include "codec/conquest/patch.h"
+#include "codec/entropy/softmax.h"
+#include "codec/lattice/lattice.h"
+#include "codec/mesh/halfedge_mesh.h"
+
+namespace pmcd::codec {
+
+inline constexpr std::size_t kSymbolInputs = 16;
+using SymbolInputs = Lanes<kSymbolInputs>;
+
+/// Rows of the models' tables: null, 3 to 6, border patches.
+inline constexpr std::size_t kSymbolRows = 5 + kBorderSymbols;
+
+struct Hypothesis {
+  Symbol symbol = kNull;
+  std::uint8_t row = 0;
+  std::uint8_t vertices = 0;                        ///< of the patch's ring or the null patch's face
+  std::array<std::uint8_t, kMaxPatchSize> state{};  ///< of each afterwards: how open it is, its valence
+  SymbolInputs input;                               ///< features, see hypothesis.cpp
+  Patch patch;                                      ///< unless it is the null patch
+  float log_area = 0;                               ///< expected of each of its new faces
+  float log_spoke = 0;                              ///< expected of its new edges
+};
+
+/// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
+inline constexpr std::size_t kVertexStates = 4 * 10;
+
+/// What one pass knows of the coarse faces and of those that are refined already. One object serves one pass.
+class Surroundings {
+ public:
+  /// REQUIRES: no face of the pass is decided yet. `previous` is the first vertex that the pass before inserted.
+  /// [linear in the faces]
+  Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind, std::uint32_t previous);
+
+  /// All that could stand before the gate; the null patch comes first, then border patches, then 6 to 3. The answer
+  /// holds until the next call. [constant]
+  std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
+                                   Tag tag_t);
+
+  /// The gate's face stays as it is. Call it before anything is marked.
+  void keep(const HalfEdgeMesh& mesh, std::uint32_t gate);
+  /// The hypothesis' patch was opened and its centre, the newest vertex, inserted at `position`.
+  void insert(const Hypothesis& hypothesis, const Triangulation& triangulation, const LatticePoint& position);
+
+ private:
+  // Logarithms are to base 2; 32 bytes, for the walk over the faces is a walk over memory.
+  struct FaceShape {
+    Four normal{};  // unit normal times area, and the area
+    float log_area = 0;
+    std::array<float, 3> log_length{};  // by edge
+  };
+  // Sums over the refined faces at a vertex.
+  struct Vertex {
+    Four position{};
+    float log_area = 0;
+    float log_length = 0;  // mean of a face's edges
+    float faces = 0;
+    std::uint16_t open = 0;    // faces that are undecided
+    std::int16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
+  };
+  // Of the refined faces at the gate: what the features are measured in.
+  struct Scale {
+    float log_area = 0;
+    float log_edge = 0;
+    float per_edge_squared = 0;
+    float log_area_s = 0;
+    float log_area_t = 0;
+  };
+
+  static void add_face(Vertex& at, float log_area, float log_length) {
+    at.log_area += log_area;
+    at.log_length += log_length;
+    at.faces += 1;
+  }
+  static void close(Vertex& at, unsigned faces) {
+    at.open = static_cast<std::uint16_t>(at.open > faces ? at.open - faces : 0);
+  }
+  // Faces that the star of a patch has at ring vertex i.
+  static int star_faces(const Patch& patch, unsigned i) {
+    return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
+  }
+  // Of an edge as Patch::inside names it.
+  [[nodiscard]] float log_length(std::uint32_t place) const { return face_[place / 4].log_length[place % 4]; }
+  void fade(float by);
+  [[nodiscard]] std::uint8_t state_of(std::uint32_t v, int closed, int change) const;
+  [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
+  void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
+                     Hypothesis& hypothesis) const;
+  template <unsigned kSize, bool kIsBorder>
+  void describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
+                      const Scale& scale, Hypothesis& hypothesis) const;
+
+  PassKind kind_;
+  std::uint32_t previous_;
+  bool has_boundary_ = false;
+  std::vector<FaceShape> face_;
+  std::vector<Vertex> vertex_;
+  Vertex all_;  // sums over the whole pass, fading
+  std::array<Hypothesis, kSymbolRows> hypothesis_;
+};
+
+}  // namespace pmcd::codec

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "codec/conquest/symbol_network.h"
+
+namespace pmcd::codec {
+namespace {
+
+float weight(std::int16_t stored) {
+  return static_cast<float>(stored) * (1.0f / SymbolWeights::kScale);
+}
+
+using GateFeatures = std::array<float, kGateFeatures>;
+
+// The inverse of SymbolModel's gate_state.
+GateFeatures features_of_state(std::size_t state) {
+  GateFeatures f{};
+  const std::size_t tags = state % 4;
+  const std::size_t beside = state / 4 % 4;
+  const std::size_t front = state / 16;
+  f[0] = front > 0 ? 1.0f : 0.0f;
+  f[1] = front == 2 ? 1.0f : 0.0f;
+  f[2] = front == 3 ? 1.0f : 0.0f;
+  f[3] = static_cast<float>(beside % 2);
+  f[4] = static_cast<float>(beside / 2);
+  f[5] = static_cast<float>(tags % 2);
+  f[6] = static_cast<float>(tags / 2);
+  return f;
+}
+
+// The inverse of parent_code; borders, seeds and steps are alike to it.
+GateFeatures features_of_parent(std::size_t parent) {
+  GateFeatures f{};
+  const std::size_t symbol = parent < 2 ? 0 : (parent < 22 ? 1 + (parent - 2) / 5 : 5);
+  if (symbol < 5) f[7 + symbol] = 1.0f;
+  f[12] = 0.3f * static_cast<float>(parent < 2 ? parent : (parent - 2) % 5);
+  return f;
+}
+
+SymbolNetwork make() {
+  SymbolNetwork network{};
+  for (std::size_t r = 0; r < kSymbolRows; ++r) {
+    SymbolNetwork::Row& row = network.row[r];
+    auto add_gate = [&](const GateFeatures& f, HiddenLanes& lanes) {
+      for (std::size_t g = 0; g < kGateFeatures; ++g) {
+        for (std::size_t q = 0; q < kHiddenUnits; ++q) lanes.value[q] += f[g] * weight(kSymbolWeights.gate[r][g][q]);
+      }
+    };
+    for (std::size_t j = 0; j < kSymbolInputs; ++j) {
+      row.linear.value[j] = weight(kSymbolWeights.linear[r][j]);
+      for (std::size_t q = 0; q < kHiddenUnits; ++q) {
+        row.hidden[j].value[q] = weight(kSymbolWeights.hidden[r][j][q]);
+      }
+    }
+    for (std::size_t q = 0; q < kHiddenUnits; ++q) row.output.value[q] = weight(kSymbolWeights.output[r][q]);
+    for (std::size_t s = 0; s < kGateStates; ++s) {
+      for (std::size_t q = 0; q < kHiddenUnits; ++q) {
+        row.by_state[s].value[q] = weight(kSymbolWeights.bias[r][q]);
+      }
+      add_gate(features_of_state(s), row.by_state[s]);
+    }
+    for (std::size_t p = 0; p < kParents; ++p) add_gate(features_of_parent(p), row.by_parent[p]);
+  }
+  for (std::size_t kind = 0; kind < 2; ++kind) {
+    for (std::size_t s = 0; s < kVertexStates; ++s) network.state[kind][s] = weight(kSymbolWeights.state[kind][s]);
+  }
+  return network;
+}
+
+}  // namespace
+
+const SymbolNetwork& symbol_network() {
+  static const SymbolNetwork network = make();
+  return network;
+}
+
+}  // namespace pmcd::codec
