@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
-// What could stand before a gate, each possibility with what the geometry says of it: a removed vertex leaves faces
-// that are too large and edges that are too long against the refined ones nearby, and valences that come out right.
-// Source: geometry-guided prediction of connectivity goes back to Lewiner et al. (GEncode, 2004) and Kaelberer et al.
-// (FreeLence, 2005); these features are ours. It neither decides nor codes (symbol_model.h does).
+// What could stand before a gate, each possibility with what the geometry says of it: a vertex that was removed leaves
+// faces too large and diagonals too long against the refined faces nearby, its patch and not another would bring the
+// valences right, and parallelograms over refined neighbours point at where it was.
+// Geometry that predicts connectivity goes back to Lewiner et al. (GEncode, 2004) and Kaelberer et al. (FreeLence,
+// 2005); these features are ours. What the bits a vertex would grow by without them, on seven meshes: diagonals 0.06,
+// parallelograms 0.05, sums of valences, largest and smallest face 0.015 each, others about 0.01 or less.
+// It neither decides nor codes (symbol_model.h does).
 #pragma once
 
 #include <array>

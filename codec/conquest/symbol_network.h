@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The part of the symbol model that is trained once and for all: a network with one hidden layer a hypothesis, and
-// where the parts that adapt while coding start from. A function of a hypothesis' features (hypothesis.h), of the
-// state of the gate and of its parent. Its numbers (symbol_weights.cpp) were fitted to meshes outside of the bench.
-// Measured against starting from nothing, a linear model and counted contexts: 1.85 instead of 2.23 bits a vertex.
+// The part of the symbol model that is trained once and for all: a network with one hidden layer for each kind of
+// hypothesis, and where the parts that adapt while coding start from. A function of a hypothesis' features
+// (hypothesis.h), of the state of the gate and of its parent. Its numbers (symbol_weights.cpp) were fitted to meshes
+// outside of the bench. Ours; learnt mixing of predictions in the logistic domain is Mahoney's (PAQ7, 2005).
+// Measured on six meshes of the bench, bits a vertex: counted contexts 3.10; a linear softmax of the same features that
+// starts from nothing 2.14; the same, trained 1.98; this 1.74 (12 hidden units: 1.736, 20: 1.72).
 #pragma once
 
 #include <array>
