@@ -38,7 +38,7 @@ struct LevelState {
   std::vector<Seed> seeds;           ///< one a component
   Models models;
   Predictor predictor;
-  Surface surface;  ///< by vertex
+  std::vector<RelativeSpread> spreads;  ///< by vertex; those of isolated ones mean nothing
 
   std::uint32_t level = 0;
   std::uint64_t generation = 0;

@@ -70,8 +70,6 @@ class InsertingDriver {
     const std::uint32_t vertex = mesh.add_vertex();
     state_.points.push_back(provisional);
     insert_centre(mesh, patch, triangulation, vertex);
-    state_.surface.resize(mesh.vertex_count());
-    state_.surface.opened(state_.points, patch, triangulation);
     surroundings_.insert(holds, triangulation, provisional);
     source_.told_inserted(vertex);
     return symbol;
@@ -100,11 +98,7 @@ bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
     const LatticePoint provisional{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
     const std::uint32_t vertex = mesh.add_vertex();
     state.points.push_back(provisional);
-    const std::uint32_t from = mesh.origin(h);
-    const std::uint32_t to = mesh.target(h);
     insert_ear(mesh, h, vertex);
-    state.surface.resize(mesh.vertex_count());
-    state.surface.clipped_on(state.points, from, to, vertex);
     source.told_inserted(vertex);
   }
   return true;
@@ -126,36 +120,30 @@ Status code_connectivity(LevelState& state, Marks& marks, PassKind kind, const L
   return {};
 }
 
-/// Guesses again where the vertices from `first` on stand. [linear in them]
-inline void place_all(LevelState& state, std::uint32_t first) {
-  const std::int32_t most = 2 * state.lattice.max_index();
-  for (std::uint32_t v = first; v < state.mesh.vertex_count(); ++v) {
-    place_provisionally(state.mesh, state.points, state.surface, v, most);
-  }
-}
-
 /// A position is known: learns from it and puts the vertex there.
-inline void settle(LevelState& state, const Expectation& expected, std::uint32_t v, const LatticePoint& point) {
-  state.predictor.learn(expected, v, point, state.surface);
-  state.surface.moved(state.mesh, state.points, v, state.points[v], point);
+inline void settle(LevelState& state, Surface& surface, const Expectation& expected, std::uint32_t v,
+                   const LatticePoint& point) {
+  const RelativeSpread spread = state.predictor.learn(expected, point);
+  if (expected.stage != kFurtherDigits) state.spreads[v] = surface[v].spread = spread;
+  surface.move(state.mesh, v, point);
   state.points[v] = point;
 }
 
 /// The positions of the vertices from `first` to before `end`; `later_passes`: how many passes of the packet follow
 /// whose positions are not known yet. Errors: corrupt_data.
 template <typename Source>
-Status code_positions(LevelState& state, std::uint32_t first, std::uint32_t end, std::size_t later_passes,
-                      Source& source) {
+Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, std::uint32_t end,
+                      std::size_t later_passes, Source& source) {
   const std::size_t stage = std::min(later_passes, kEarliestPass);
   const std::int32_t most = state.lattice.max_index() >> state.shift;
   for (std::uint32_t v = first; v < end; ++v) {
-    const Expectation expected = state.predictor.expect(state.mesh, state.points, state.surface, v, state.shift, stage);
+    const Expectation expected = state.predictor.expect(state.mesh, surface, v, state.shift, stage);
     LatticePoint cell{};
-    if (source.failed() || !code_position(state.models.position, source, state.points, expected, most, state.shift,
-                                          nullptr, 0, cell_of(source.wanted_point(v), state.shift), cell)) {
+    if (source.failed() || !code_position(state.models.position, source, surface, expected, most, state.shift, nullptr,
+                                          0, cell_of(source.wanted_point(v), state.shift), cell)) {
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
-    settle(state, expected, v, middle_of(cell, state.shift));
+    settle(state, surface, expected, v, middle_of(cell, state.shift));
   }
   return {};
 }
@@ -163,18 +151,17 @@ Status code_positions(LevelState& state, std::uint32_t first, std::uint32_t end,
 /// Further digits of the positions of the vertices before `end`, which lack `shift` digits, down to the level's shift.
 /// Errors: corrupt_data.
 template <typename Source>
-Status code_digits(LevelState& state, unsigned shift, std::uint32_t end, Source& source) {
+Status code_digits(LevelState& state, Surface& surface, unsigned shift, std::uint32_t end, Source& source) {
   const std::int32_t most = state.lattice.max_index() >> state.shift;
   for (std::uint32_t v = 0; v < end; ++v) {
     if (state.mesh.outgoing(v) == kNone) continue;  // isolated: it came with all digits
     if (source.failed()) return Error{ErrorCode::corrupt_data, v, "the packet's digits end too early"};
-    const Expectation expected =
-        state.predictor.expect(state.mesh, state.points, state.surface, v, state.shift, kFurtherDigits);
+    const Expectation expected = state.predictor.expect(state.mesh, surface, v, state.shift, kFurtherDigits);
     const LatticePoint known = cell_of_middle(state.points[v], shift);
     LatticePoint cell{};
-    code_position(state.models.position, source, state.points, expected, most, state.shift, &known, shift - state.shift,
+    code_position(state.models.position, source, surface, expected, most, state.shift, &known, shift - state.shift,
                   cell_of(source.wanted_point(v), state.shift), cell);
-    settle(state, expected, v, middle_of(cell, state.shift));
+    settle(state, surface, expected, v, middle_of(cell, state.shift));
   }
   return {};
 }
@@ -196,6 +183,8 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source)
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
 
   Marks marks;
+  Surface surface;
+  const std::int32_t most = 2 * state.lattice.max_index();
   std::vector<std::uint32_t> pass_end;
   for (std::uint32_t pass = 0; pass < passes; ++pass) {
     source.told_pass(pass);
@@ -206,22 +195,28 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source)
     const std::uint32_t first = state.mesh.vertex_count();
     Status status = code_connectivity(state, marks, static_cast<PassKind>(kind), bounds, source);
     if (!status) return status;
-    if (guessing == Guessing::often && pass + 1 < passes) place_all(state, first);
     pass_end.push_back(state.mesh.vertex_count());
+    if (guessing == Guessing::once || pass + 1 == passes) continue;
+    surface.build(state.mesh, state.points, state.spreads);
+    place_provisionally(state.mesh, surface, first, most);
+    for (std::uint32_t v = first; v < state.mesh.vertex_count(); ++v) state.points[v] = surface[v].point;
   }
   source.told_part(PacketPart::connectivity);
+  if (passes == 0 && state.shift == old_shift) return {};
 
+  surface.build(state.mesh, state.points, state.spreads);
+  state.spreads.resize(state.points.size());
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
-    if (pass == 0 || guessing == Guessing::often) place_all(state, first);
-    Status status = code_positions(state, first, pass_end[pass], pass_end.size() - 1 - pass, source);
+    if (pass == 0 || guessing == Guessing::often) place_provisionally(state.mesh, surface, first, most);
+    Status status = code_positions(state, surface, first, pass_end[pass], pass_end.size() - 1 - pass, source);
     if (!status) return status;
     first = pass_end[pass];
   }
   source.told_part(PacketPart::geometry);
 
   if (state.shift == old_shift) return {};
-  Status status = code_digits(state, old_shift, old_count, source);
+  Status status = code_digits(state, surface, old_shift, old_count, source);
   source.told_part(PacketPart::precision);
   return status;
 }

@@ -42,7 +42,7 @@ Status code_isolated(LevelState& state, std::uint32_t max_vertices, Source& sour
     source.told_isolated(k, vertex);
     previous = point;
   }
-  state.surface.resize(state.mesh.vertex_count());
+  state.spreads.resize(state.mesh.vertex_count());
   source.told_part(PacketPart::isolated);
   return {};
 }

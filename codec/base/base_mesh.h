@@ -50,7 +50,7 @@ class BaseCoder {
     state_.points.reserve(cells_.size());
     for (const LatticePoint& cell : cells_) state_.points.push_back(middle_of(cell, shift_));
     state_.shift = shift_;
-    state_.surface.build(state_.mesh, state_.points);
+    state_.spreads.resize(cells_.size());
     source_.told_part(PacketPart::base);
     return {};
   }

@@ -26,15 +26,15 @@ struct PositionModels {
 
 /// Of the values that the ring suggests, the most frequent one: coordinates of its vertices (kind 0), corners of its
 /// parallelograms (kind 1). Answers how often it was met; 0: there is none.
-inline std::size_t most_frequent(std::span<const LatticePoint> points, const Ring& ring, std::size_t axis,
-                                 std::size_t kind, unsigned shift, std::int32_t& value) {
+inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::size_t axis, std::size_t kind,
+                                 unsigned shift, std::int32_t& value) {
   std::array<std::int32_t, Ring::kMost> values{};
   std::size_t count = 0;
   for (std::size_t i = 0; i < ring.size; ++i) {
-    std::int32_t middle = points[ring.vertex[i]][axis];
+    std::int32_t middle = surface[ring.vertex[i]].point[axis];
     if (kind == 1) {
       if (ring.apex[i] == kNone) continue;
-      middle += points[ring.vertex[ring.after(i)]][axis] - points[ring.apex[i]][axis];
+      middle += surface[ring.vertex[ring.after(i)]].point[axis] - surface[ring.apex[i]].point[axis];
       if (middle < 0) continue;
     }
     values[count++] = middle >> (shift + 1);
@@ -53,10 +53,10 @@ inline std::size_t most_frequent(std::span<const LatticePoint> points, const Rin
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
 /// `shift`: digits that the answer does not have. False: the packet is damaged.
 template <typename Source>
-bool code_position(PositionModels& models, Source& source, std::span<const LatticePoint> points,
-                   const Expectation& expected, std::int32_t most, unsigned shift, const LatticePoint* known,
-                   unsigned digits, const LatticePoint& wanted, LatticePoint& cell) {
-  const Vec& n = expected.normal;
+bool code_position(PositionModels& models, Source& source, const Surface& surface, const Expectation& expected,
+                   std::int32_t most, unsigned shift, const LatticePoint* known, unsigned digits,
+                   const LatticePoint& wanted, LatticePoint& cell) {
+  const std::array<double, 3> n = {expected.normal[0], expected.normal[1], expected.normal[2]};
   std::array<std::size_t, 3> axis = {0, 1, 2};
   auto longer = [&](std::size_t i, std::size_t j) { return n[i] * n[i] > n[j] * n[j]; };
   if (longer(axis[0], axis[1])) std::swap(axis[0], axis[1]);
@@ -66,16 +66,20 @@ bool code_position(PositionModels& models, Source& source, std::span<const Latti
   // All in cells. A coordinate that is known tells of the others what the ellipsoid allows, less its own rounding.
   constexpr double kRounding = 1.0 / 12;
   constexpr double kLeastVariance = 1e-3;
-  const double inverse = 1.0 / expected.cell;
+  const double inverse = 1.0 / static_cast<double>(expected.cell);
   const auto half = static_cast<double>((1u << shift) - 1);
-  const double along = expected.spread.tangential * expected.spread.tangential;
-  const double difference = expected.spread.across * expected.spread.across - along;
+  const auto tangential = static_cast<double>(expected.spread.tangential);
+  const auto across = static_cast<double>(expected.spread.across);
+  const double along = tangential * tangential;
+  const double difference = across * across - along;
   auto covariance = [&](std::size_t i, std::size_t j) { return difference * n[axis[i]] * n[axis[j]]; };
   std::array<double, 3> mean{};
   std::array<double, 3> seen{};   // distance from the mean, of coordinates that are known somehow
   std::array<double, 3> noise{};  // its variance
   for (std::size_t i = 0; i < 3; ++i) {
-    mean[i] = (expected.position[axis[i]] - half) * inverse;
+    const double position =
+        expected.origin[axis[i]] + static_cast<double>(expected.position[static_cast<int>(axis[i])]);
+    mean[i] = (position - half) * inverse;
     if (known == nullptr) continue;
     const auto width = static_cast<double>(1u << digits);
     seen[i] = (*known)[axis[i]] * width + (width - 1) / 2 - mean[i];
@@ -117,7 +121,7 @@ bool code_position(PositionModels& models, Source& source, std::span<const Latti
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       const std::size_t kinds = models.structured ? repeated.size() : 0;
       for (std::size_t kind = 0; kind < kinds; ++kind) {
-        const std::size_t times = most_frequent(points, expected.ring, axis[i], kind, shift, repeated[kind].value);
+        const std::size_t times = most_frequent(surface, expected.ring, axis[i], kind, shift, repeated[kind].value);
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
         const std::size_t far = distance < 0.3 ? 0 : (distance < 1 ? 1 : (distance < 2.5 ? 2 : 3));

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Every value here steers decoding: fixed order of operations, + - * / and sqrt only, every quotient guarded.
+// Every value here steers decoding: single precision, fixed order of operations, + - * / and sqrt only, every quotient
+// guarded.
 #include "codec/geometry/predictor.h"
 
 #include <utility>
 
+#include "codec/geometry/lanes.h"
+
 namespace pmcd::codec {
 namespace {
 
-constexpr double kSmallest = 1e-6;
-constexpr LeastSquares<Expectation::kFeatures, 1>::Tuning kTuning{0.998, 4, 16};
-constexpr std::array<double, Expectation::kFeatures> kPrior{0.3, 0.3, 0, 0, 0, 0, 0};
+using Fit = Expectation::Fit;
+
+constexpr float kSmallest = 1e-6f;
+constexpr Fit::Tuning kTuning{0.998f, 4, 16};
+constexpr Fit::Weights kPrior{0.3f, 0.3f, 0, 0, 0, 0, 0};
 
 template <typename Element, std::size_t Count>
 std::array<Element, Count> copies_of(const Element& element) {
@@ -24,177 +29,174 @@ std::size_t group_of(const Ring& ring) {
   return ring.size < 8 ? ring.size - (ring.size < 3 ? ring.size : 3) : 5;
 }
 
-// By axis the median of the corners: one crease does not bend it. Counting who is smaller needs no branches.
-Vec median(std::span<const LatticePoint> corners) {
-  Vec median{};
-  const std::size_t count = corners.size();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::int64_t twice = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::int32_t value = corners[i][axis];
-      std::size_t smaller = 0;
-      std::size_t same_before = 0;
-      for (std::size_t j = 0; j < count; ++j) smaller += corners[j][axis] < value ? 1u : 0u;
-      for (std::size_t j = 0; j < i; ++j) same_before += corners[j][axis] == value ? 1u : 0u;
-      const std::size_t rank = smaller + same_before;
-      twice += (rank == count / 2 ? std::int64_t{value} : 0) + (rank == (count - 1) / 2 ? std::int64_t{value} : 0);
-    }
-    median[axis] = 0.5 * static_cast<double>(twice);
+// Lane by lane the median; counting who is smaller needs no branches.
+Four median(const std::array<Four, Ring::kMost>& values, std::size_t count) {
+  const FourInts upper = FourInts{} + static_cast<std::int32_t>(count / 2);
+  const FourInts lower = FourInts{} + static_cast<std::int32_t>((count - 1) / 2);
+  const Four none{};
+  Four twice{};
+  for (std::size_t i = 0; i < count; ++i) {
+    FourInts rank{};
+    for (std::size_t j = 0; j < i; ++j) rank -= values[j] <= values[i];
+    for (std::size_t j = i + 1; j < count; ++j) rank -= values[j] < values[i];
+    twice += rank == upper ? values[i] : none;
+    twice += rank == lower ? values[i] : none;
   }
-  return median;
+  return 0.5f * twice;
+}
+
+float absolute(float value) {
+  return value < 0 ? -value : value;
 }
 
 }  // namespace
 
 Predictor::Predictor()
-    : position_(copies_of<std::array<PositionFit, kGroups>, kStages>(
-          copies_of<PositionFit, kGroups>(PositionFit(kTuning, {kPrior})))) {}
+    : position_(copies_of<std::array<Fit, kGroups>, kStages>(copies_of<Fit, kGroups>(Fit(kTuning, {kPrior})))) {}
 
-Expectation Predictor::expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, const Surface& surface,
-                              std::uint32_t centre, unsigned shift, std::size_t stage) const {
+Expectation Predictor::expect(const HalfEdgeMesh& mesh, const Surface& surface, std::uint32_t centre, unsigned shift,
+                              std::size_t stage) const {
   Expectation e;
   e.stage = stage;
-  e.cell = static_cast<double>(2u << shift);
+  e.cell = static_cast<float>(2u << shift);
   e.ring = collect_ring(mesh, centre);
+  e.origin = surface[centre].point;
   const Ring& ring = e.ring;
+  const FourWords origin = four_words(e.origin);
   e.group = group_of(ring);
   const std::size_t size = ring.size;
-  const double share = 1.0 / static_cast<double>(size);
+  const float share = 1.0f / static_cast<float>(size);
 
-  std::array<Vec, Ring::kMost> at;
-  Vec ring_mean{};
+  std::array<Four, Ring::kMost> at;
+  Four ring_mean{};
   for (std::size_t i = 0; i < size; ++i) {
-    at[i] = to_vec(points[ring.vertex[i]]);
-    ring_mean = ring_mean + at[i];
+    at[i] = surface[ring.vertex[i]].seen_from(origin);
+    ring_mean += at[i];
   }
-  ring_mean = ring_mean * share;
+  ring_mean *= share;
   // A border vertex lies near the line of its border neighbours, the first and the last of the fan.
-  e.mean = ring.border ? (at[0] + at[size - 1]) * 0.5 : ring_mean;
+  e.mean = ring.border ? 0.5f * (at[0] + at[size - 1]) : ring_mean;
 
   SpreadModel::Signs signs;
-  Vec polygon{};
-  Vec parallelograms{};
-  Vec bilaplacian{};
-  Vec normals{};
-  Vec near_mean{};
-  double near_sum = 0;
-  Vec long_mean{};  // weighted by the ring edges at the vertex
-  double perimeter = 0;
-  std::array<Vec, Ring::kMost> spoke;
-  std::array<double, Ring::kMost> edge;
-  std::array<LatticePoint, Ring::kMost> corner;  // fourth corners of the parallelograms over the ring edges
+  std::array<Four, Ring::kMost> corner;  // fourth corners of the parallelograms over the ring edges
   std::size_t corners = 0;
-  for (std::size_t i = 0; i < size; ++i) spoke[i] = at[i] - e.mean;
+  Four polygon{};
+  Four parallelograms{};
+  Four bilaplacian{};
+  Four normals{};
+  Four near_mean{};
+  float near_sum = 0;
+  Four long_mean{};  // weighted by the ring edges at the vertex
+  float perimeter = 0;
+  float edge_before = length(at[0] - at[size - 1]);
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t next = ring.after(i);
-    polygon = polygon + cross(spoke[i], spoke[next]);
-    edge[i] = length(at[next] - at[i]);
+    const Four spoke = at[i] - e.mean;
+    polygon += cross(spoke, at[next] - e.mean);
+    const float distance = length(spoke);
+    signs.radius += distance;
+    const float nearness = 1 / (distance + 2);
+    near_mean += spoke * nearness;
+    near_sum += nearness;
+    const float edge = length(at[next] - at[i]);
+    long_mean += spoke * (edge_before + edge);
+    perimeter += edge_before + edge;
+    edge_before = edge;
+
+    const Site& site = surface[ring.vertex[i]];
+    signs.neighbours.tangential += site.spread.tangential;
+    signs.neighbours.across += site.spread.across;
+    bilaplacian += at[i] - site.neighbour_mean(origin);
+    const Four n = site.normal_vector();
+    const float square = dot(n, n);
+    if (square > kSmallest) normals += n * (dot(n, spoke) / square);
+
     if (ring.apex[i] == kNone) continue;
-    const LatticePoint& a = points[ring.vertex[i]];
-    const LatticePoint& b = points[ring.vertex[next]];
-    const LatticePoint& apex = points[ring.apex[i]];
-    for (std::size_t axis = 0; axis < 3; ++axis) corner[corners][axis] = a[axis] + b[axis] - apex[axis];
-    parallelograms = parallelograms + (to_vec(corner[corners]) - e.mean);
+    corner[corners] = at[i] + at[next] - surface[ring.apex[i]].seen_from(origin) - e.mean;
+    parallelograms += corner[corners];
     ++corners;
   }
-  for (std::size_t i = 0; i < size; ++i) {
-    const double distance = length(spoke[i]);
-    signs.radius += distance;
-    const double nearness = 1 / (distance + 2);
-    near_mean = near_mean + spoke[i] * nearness;
-    near_sum += nearness;
-    const double edges = edge[i] + edge[i == 0 ? size - 1 : i - 1];
-    long_mean = long_mean + spoke[i] * edges;
-    perimeter += edges;
-    const RingSums& around = surface[ring.vertex[i]];
-    signs.neighbours.tangential += static_cast<double>(around.tangential);
-    signs.neighbours.across += static_cast<double>(around.across);
-    bilaplacian = bilaplacian + (at[i] - around.neighbour_mean());
-    const Vec n = around.normal_vector();
-    const double square = dot(n, n);
-    if (square > kSmallest) normals = normals + n * (dot(n, spoke[i]) / square);
-  }
-  signs.radius = signs.radius * share;
+  signs.radius *= share;
   if (signs.radius < 1) signs.radius = 1;
   e.radius = signs.radius;
-  const double area = length(polygon);
-  if (area > kSmallest) e.normal = polygon * (1.0 / area);
+  const float area = length(polygon);
+  if (area > kSmallest) e.normal = polygon * (1.0f / area);
 
-  e.feature[0] = bilaplacian * share;
-  e.feature[1] = normals * share;
+  std::array<Four, Expectation::kFeatures> feature{};
+  feature[0] = bilaplacian * share;
+  feature[1] = normals * share;
   if (ring.border) {
     // An ear has no other neighbours; the parallelogram over its only face says where it points.
-    e.feature[2] = size > 2 || corners == 0 ? ring_mean - e.mean : parallelograms;
+    feature[2] = size > 2 || corners == 0 ? ring_mean - e.mean : parallelograms;
   } else {
     if (corners > 0) {
-      e.feature[2] = parallelograms * (1.0 / static_cast<double>(corners));
-      e.feature[3] = median({corner.data(), corners}) - e.mean;
+      feature[2] = parallelograms * (1.0f / static_cast<float>(corners));
+      feature[3] = median(corner, corners);  // one crease does not bend it
     }
     // Between the two opposite neighbours that are nearest to each other.
-    double least = 0;
+    float least = 0;
     for (std::size_t i = 0; i < size; ++i) {
       const std::size_t opposite = i + size / 2 < size ? i + size / 2 : i + size / 2 - size;
-      const Vec across = at[i] - at[opposite];
-      const double square = dot(across, across);
+      const Four across = at[i] - at[opposite];
+      const float square = dot(across, across);
       if (i > 0 && square >= least) continue;
       least = square;
-      e.feature[4] = (spoke[i] + spoke[opposite]) * 0.5;
+      feature[4] = 0.5f * (at[i] + at[opposite]) - e.mean;
     }
-    e.feature[5] = long_mean * (1 / (perimeter + 2));
+    feature[5] = long_mean * (1 / (perimeter + 2));
   }
-  e.feature[6] = near_mean * (1.0 / near_sum);
+  feature[6] = near_mean * (1 / near_sum);
 
-  const auto& weight = position_[stage][e.group].weight(0);
-  Vec offset{};
-  for (std::size_t i = 0; i < Expectation::kFeatures; ++i) offset = offset + e.feature[i] * weight[i];
-  const double reach = length(offset);
-  const double most = 1.5 * signs.radius;
-  if (reach > most) offset = offset * (most / reach);
+  const Fit::Weights& weight = position_[stage][e.group].weight(0);
+  Four offset{};
+  for (std::size_t i = 0; i < Expectation::kFeatures; ++i) {
+    offset += feature[i] * weight[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) e.equation[axis].value[i] = feature[i][axis];
+  }
+  const float reach = length(offset);
+  const float most = 1.5f * signs.radius;
+  if (reach > most) offset *= most / reach;
   e.position = e.mean + offset;
 
   signs.neighbours.tangential *= signs.radius * share;
   signs.neighbours.across *= signs.radius * share;
   for (std::size_t i = 0; i < size; ++i) {
-    const double height = dot(spoke[i], e.normal);
+    const float height = dot(at[i] - e.mean, e.normal);
     signs.unevenness += height * height;
   }
   signs.unevenness = std::sqrt(signs.unevenness * share);
-  const double along = dot(e.feature[2], e.normal);
-  const double bend = dot(e.feature[0], e.normal);
-  signs.parallelogram_across = along < 0 ? -along : along;
-  signs.parallelogram_tangential = length(e.feature[2] - e.normal * along);
-  signs.crowding = length(e.feature[6]);
-  signs.bend = bend < 0 ? -bend : bend;
-  e.spread_terms = SpreadModel::terms(signs, 1.0 / e.cell);
+  const float along = dot(feature[2], e.normal);
+  signs.parallelogram_across = absolute(along);
+  signs.parallelogram_tangential = length(feature[2] - e.normal * along);
+  signs.crowding = length(feature[6]);
+  signs.bend = absolute(dot(feature[0], e.normal));
+  e.spread_terms = SpreadModel::terms(signs, 1.0f / e.cell);
   e.spread = spread_[stage].expect(e.spread_terms, e.group);
   return e;
 }
 
-void Predictor::learn(const Expectation& e, std::uint32_t centre, const LatticePoint& actual, Surface& surface) {
-  const Vec point = to_vec(actual);
-  const Vec target = point - e.mean;
-  const double cells = e.spread.tangential * e.spread.tangential + e.spread.across * e.spread.across;
-  position_[e.stage][e.group].observe(
-      1.0 / (cells * e.cell * e.cell + 0.4),
-      [&](std::size_t i, std::size_t j) { return dot(e.feature[i], e.feature[j]); },
-      [&](std::size_t /*target*/, std::size_t i) { return dot(e.feature[i], target); });
+RelativeSpread Predictor::learn(const Expectation& e, const LatticePoint& actual) {
+  const Four point{static_cast<float>(actual[0] - e.origin[0]), static_cast<float>(actual[1] - e.origin[1]),
+                   static_cast<float>(actual[2] - e.origin[2]), 0};
+  const Four target = point - e.mean;
+  std::array<Fit::Equation, 3> equation = e.equation;
+  for (std::size_t axis = 0; axis < 3; ++axis) equation[axis].value[Expectation::kFeatures] = target[axis];
+  const float cells = e.spread.tangential * e.spread.tangential + e.spread.across * e.spread.across;
+  position_[e.stage][e.group].observe(1.0f / (cells * e.cell * e.cell + 0.4f), equation);
 
-  const Vec residual = point - e.position;
-  const double along = dot(residual, e.normal);
-  const double inverse = 1.0 / e.cell;
-  const Spread seen{length(residual - e.normal * along) * (0.7071067811865476 * inverse),
-                    (along < 0 ? -along : along) * inverse};
+  const Four residual = point - e.position;
+  const float along = dot(residual, e.normal);
+  const float inverse = 1.0f / e.cell;
+  const Spread seen{length(residual - e.normal * along) * (0.70710678f * inverse), absolute(along) * inverse};
   spread_[e.stage].learn(e.spread_terms, e.group, e.spread, seen);
-  if (e.stage == kFurtherDigits) return;
 
   // Relative to the ring's size, so that it means the same for the next level.
-  const double unit = e.cell / e.radius;
-  auto relative = [&](double value) {
-    const double bounded = (value + 0.1) * unit;
-    return static_cast<float>(bounded < 1e-4 ? 1e-4 : (bounded > 4 ? 4 : bounded));
+  const float unit = e.cell / e.radius;
+  auto relative = [&](float value) {
+    const float bounded = (value + 0.1f) * unit;
+    return bounded < 1e-4f ? 1e-4f : (bounded > 4 ? 4.0f : bounded);
   };
-  surface[centre].tangential = relative(seen.tangential);
-  surface[centre].across = relative(seen.across);
+  return {relative(seen.tangential), relative(seen.across)};
 }
 
 }  // namespace pmcd::codec

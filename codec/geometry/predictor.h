@@ -6,13 +6,11 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "codec/geometry/least_squares.h"
 #include "codec/geometry/ring.h"
 #include "codec/geometry/spread.h"
 #include "codec/geometry/surface.h"
-#include "codec/geometry/vec.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/halfedge_mesh.h"
 
@@ -24,20 +22,22 @@ inline constexpr std::size_t kEarliestPass = 3;
 inline constexpr std::size_t kFurtherDigits = kEarliestPass + 1;
 inline constexpr std::size_t kStages = kFurtherDigits + 1;
 
-/// What is seen of a vertex before its position is known.
+/// What is seen of a vertex before its position is known. Vectors are relative to where it stands provisionally.
 struct Expectation {
   static constexpr std::size_t kFeatures = 7;
+  using Fit = LeastSquares<kFeatures, 1>;
 
   Ring ring;
-  Vec position{};  ///< the prediction, half lattice steps, unbounded
-  Vec normal{};    ///< unit length, or zero when the ring has no area
-  Spread spread;   ///< in cells
+  LatticePoint origin{};  ///< half lattice steps, as all that follows
+  Four position{};        ///< the prediction, unbounded
+  Four normal{};          ///< unit length, or zero when the ring has no area
+  Spread spread;          ///< in cells
+  float cell = 2;
   // What learn() needs again.
-  double cell = 2;  ///< half lattice steps
-  Vec mean{};       ///< the first guess, to which the features are offsets
-  std::array<Vec, kFeatures> feature{};
+  Four mean{};                              ///< the first guess, to which the features are offsets
+  std::array<Fit::Equation, 3> equation{};  ///< by axis; the target is open
   SpreadModel::Terms spread_terms{};
-  double radius = 0;
+  float radius = 0;
   std::size_t stage = 0;
   std::size_t group = 0;
 };
@@ -46,21 +46,19 @@ class Predictor {
  public:
   Predictor();
 
-  /// Expects the position of `centre` from its one-ring and what lies around that. `points` holds provisional positions
-  /// for vertices that are not decoded yet. `shift`: binary digits that the answer will not have.
+  /// Expects the position of `centre` from its one-ring and what lies around that; vertices that are not decoded yet
+  /// stand at provisional positions, the centre too. `shift`: binary digits that the answer will not have.
   /// [valence of the centre, at most Ring::kMost]
-  [[nodiscard]] Expectation expect(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points,
-                                   const Surface& surface, std::uint32_t centre, unsigned shift,
-                                   std::size_t stage) const;
+  [[nodiscard]] Expectation expect(const HalfEdgeMesh& mesh, const Surface& surface, std::uint32_t centre,
+                                   unsigned shift, std::size_t stage) const;
 
-  /// Learns from the decoded position (half lattice steps) and notes the residual for the neighbours to come.
-  void learn(const Expectation& expected, std::uint32_t centre, const LatticePoint& actual, Surface& surface);
+  /// Learns from the decoded position (half lattice steps). Answers how far it lay off, for the neighbours to come.
+  RelativeSpread learn(const Expectation& expected, const LatticePoint& actual);
 
  private:
-  using PositionFit = LeastSquares<Expectation::kFeatures, 1>;
   static constexpr std::size_t kGroups = SpreadModel::kGroups;  // ring of 3 to 7, 8 or more; border of 2, 3, 4 or more
 
-  std::array<std::array<PositionFit, kGroups>, kStages> position_;
+  std::array<std::array<Expectation::Fit, kGroups>, kStages> position_;
   std::array<SpreadModel, kStages> spread_;
 };
 

@@ -1,46 +1,62 @@
 // SPDX-License-Identifier: MIT
 #include "codec/geometry/provisional.h"
 
+#include "codec/geometry/lanes.h"
 #include "codec/geometry/ring.h"
 
 namespace pmcd::codec {
+namespace {
 
-void place_provisionally(const HalfEdgeMesh& mesh, std::span<LatticePoint> points, Surface& surface, std::uint32_t v,
-                         std::int32_t most) {
+LatticePoint guess(const Ring& ring, const Surface& surface, const LatticePoint& here, std::int32_t most) {
+  const FourWords origin = four_words(here);
   // Half a pull towards either would fit a smooth surface better, but less is safer where provisional vertices lean on
   // each other; learnt weights were worse than these.
-  constexpr double kBilaplacian = 0.3;
-  constexpr double kNormals = 0.3;
-  const Ring ring = collect_ring(mesh, v);
-  const double share = 1.0 / static_cast<double>(ring.size);
-  Vec mean{};
-  for (std::size_t i = 0; i < ring.size; ++i) mean = mean + to_vec(points[ring.vertex[i]]);
-  mean = mean * share;
-  if (ring.border) mean = (to_vec(points[ring.vertex[0]]) + to_vec(points[ring.vertex[ring.size - 1]])) * 0.5;
-  Vec offset{};
-  double tangential = 0;
-  double across = 0;
+  constexpr float kBilaplacian = 0.3f;
+  constexpr float kNormals = 0.3f;
+  const float share = 1.0f / static_cast<float>(ring.size);
+  Four mean{};
+  for (std::size_t i = 0; i < ring.size; ++i) mean += surface[ring.vertex[i]].seen_from(origin);
+  mean *= share;
+  if (ring.border) {
+    mean = 0.5f * (surface[ring.vertex[0]].seen_from(origin) + surface[ring.vertex[ring.size - 1]].seen_from(origin));
+  }
+  Four offset{};
   for (std::size_t i = 0; i < ring.size; ++i) {
-    const RingSums& around = surface[ring.vertex[i]];
-    const Vec here = to_vec(points[ring.vertex[i]]);
-    offset = offset + (here - around.neighbour_mean()) * kBilaplacian;
-    const Vec n = around.normal_vector();
-    const double square = dot(n, n);
-    if (square > 1e-6) offset = offset + n * (kNormals * dot(n, here - mean) / square);
-    tangential += static_cast<double>(around.tangential);
-    across += static_cast<double>(around.across);
+    const Site& site = surface[ring.vertex[i]];
+    const Four spoke = site.seen_from(origin);
+    offset += kBilaplacian * (spoke - site.neighbour_mean(origin));
+    const Four n = site.normal_vector();
+    const float square = dot(n, n);
+    if (square > 1e-6f) offset += n * (kNormals * dot(n, spoke - mean) / square);
   }
-  surface[v].tangential = static_cast<float>(tangential * share);
-  surface[v].across = static_cast<float>(across * share);
-  LatticePoint to{};
+  const Four target = mean + offset * share + 0.5f;
+  LatticePoint point{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    double value = mean[axis] + offset[axis] * share + 0.5;
+    float value = static_cast<float>(here[axis]) + target[axis];
     if (!(value > 0)) value = 0;
-    if (value > most) value = most;
-    to[axis] = static_cast<std::int32_t>(value);
+    if (value > static_cast<float>(most)) value = static_cast<float>(most);
+    point[axis] = static_cast<std::int32_t>(value);
   }
-  surface.moved(mesh, points, v, points[v], to);
-  points[v] = to;
+  return point;
+}
+
+}  // namespace
+
+void place_provisionally(const HalfEdgeMesh& mesh, Surface& surface, std::uint32_t first, std::int32_t most) {
+  for (std::uint32_t v = first; v < mesh.vertex_count(); ++v) {
+    Site& site = surface[v];
+    const Ring ring = collect_ring(mesh, v);
+    RelativeSpread sum{0, 0};
+    for (std::size_t i = 0; i < ring.size; ++i) {
+      const RelativeSpread& spread = surface[ring.vertex[i]].spread;
+      sum.tangential += spread.tangential;
+      sum.across += spread.across;
+    }
+    const float share = 1.0f / static_cast<float>(ring.size);
+    site.spread = {sum.tangential * share, sum.across * share};
+    surface.move_without_normals(mesh, v, guess(ring, surface, site.point, most));
+  }
+  surface.add_up(mesh);
 }
 
 }  // namespace pmcd::codec

@@ -13,31 +13,34 @@ namespace pmcd::codec {
 
 /// Two lengths: within the surface (a mean over its two directions) and along its normal.
 struct Spread {
-  double tangential = 0;
-  double across = 0;
+  float tangential = 0;
+  float across = 0;
 };
 
 class SpreadModel {
  public:
-  static constexpr std::size_t kTerms = 9;
+  static constexpr std::size_t kSigns = 8;
   static constexpr std::size_t kGroups = 9;  ///< of rings that are calibrated apart
-  using Terms = std::array<double, kTerms>;
-
-  /// What the ring shows, in any one unit: see terms().
+  /// Lengths that the ring shows, in any one unit.
   struct Signs {
-    double radius = 0;      ///< mean distance of the ring from the first guess
-    Spread neighbours;      ///< mean spread of the ring's vertices
-    double unevenness = 0;  ///< of the ring, across its mean plane
-    double parallelogram_across = 0;
-    double parallelogram_tangential = 0;
-    double crowding = 0;  ///< how far the ring is from evenly spaced
-    double bend = 0;      ///< bilaplacian, across
+    float radius = 0;      ///< mean distance of the ring from the first guess
+    Spread neighbours;     ///< mean spread of the ring's vertices
+    float unevenness = 0;  ///< of the ring, across its mean plane
+    float parallelogram_across = 0;
+    float parallelogram_tangential = 0;
+    float crowding = 0;  ///< how far the ring is from evenly spaced
+    float bend = 0;      ///< bilaplacian, across
   };
+
+ private:
+  using Fit = LeastSquares<kSigns + 1, 2>;
+
+ public:
+  using Terms = Fit::Equation;  ///< a one, the logarithms of the signs in cells, room for those of what was seen
 
   SpreadModel();
 
-  /// Logarithms of the signs in cells, with a one in front.
-  static Terms terms(const Signs& signs, double inverse_cell);
+  static Terms terms(const Signs& signs, float inverse_cell);
   /// In cells.
   [[nodiscard]] Spread expect(const Terms& terms, std::size_t group) const;
   /// `seen` in cells.
@@ -45,11 +48,11 @@ class SpreadModel {
 
  private:
   struct Calibration {
-    double actual = 1;
-    double expected = 1;
+    float actual = 1;
+    float expected = 1;
   };
 
-  LeastSquares<kTerms, 2> fit_;
+  Fit fit_;
   std::array<std::array<Calibration, 2>, kGroups> calibration_;
 };
 

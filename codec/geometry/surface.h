@@ -1,67 +1,84 @@
 // SPDX-License-Identifier: MIT
-// What each vertex knows of its one-ring, kept up to date while the mesh is refined: sum of the neighbours, sum of the
-// face normals. Predicting a vertex then reads its ring once and never walks the second ring. Sums are integers that
-// wrap around, so the order of updates does not matter and nothing overflows. It predicts nothing.
+// What is looked at when a vertex is predicted, in one cache line for each vertex: where it stands, the sum of its
+// neighbours, the sum of its faces' normals, how its own residual came out. Built when a packet's connectivity stands,
+// then kept up to date; nobody walks a second ring. Sums are integers that wrap around, so the order of updates does
+// not matter and nothing overflows. It predicts nothing.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
-#include "codec/conquest/patch.h"
-#include "codec/conquest/triangulation.h"
-#include "codec/geometry/vec.h"
+#include "codec/entropy/softmax.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/halfedge_mesh.h"
 
 namespace pmcd::codec {
 
-/// One vertex's surroundings, and how far its own residual lay off (of the mean edge around it).
-struct RingSums {
-  std::array<std::uint64_t, 3> normal{};  ///< sum over its faces of (b - a) x (c - a), two's complement
-  std::array<std::uint32_t, 3> sum{};     ///< of its neighbours' lattice points, two's complement
-  std::uint32_t neighbours = 0;
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+using FourWords = std::uint32_t __attribute__((vector_size(16)));  // they wrap around
+
+inline FourWords four_words(const LatticePoint& point) {
+  return (FourWords)FourInts{point[0], point[1], point[2], 0};
+}
+
+/// How far off a vertex came out, as a share of its ring's radius: within the surface and across it.
+struct RelativeSpread {
   float tangential = 0.2f;
   float across = 0.2f;
+};
 
-  [[nodiscard]] Vec normal_vector() const {
-    auto value = [&](std::size_t axis) { return static_cast<double>(static_cast<std::int64_t>(normal[axis])); };
-    return {value(0), value(1), value(2)};
+struct alignas(64) Site {
+  std::array<std::uint64_t, 3> normal{};  ///< sum over its faces of (b - a) x (c - a), two's complement
+  std::array<std::uint32_t, 3> sum{};     ///< of its neighbours' points, two's complement
+  std::uint32_t neighbours = 0;
+  LatticePoint point{};  ///< half lattice steps
+  RelativeSpread spread;
+
+  /// The point as seen from `origin`.
+  [[nodiscard]] Four seen_from(FourWords origin) const { return lanes(load(offsetof(Site, point)) - origin); }
+  /// The mean of the neighbours as seen from `origin`. REQUIRES: there are some.
+  [[nodiscard]] Four neighbour_mean(FourWords origin) const {
+    return lanes(load(offsetof(Site, sum)) - neighbours * origin) / static_cast<float>(neighbours);
   }
-  /// REQUIRES: it has neighbours.
-  [[nodiscard]] Vec neighbour_mean() const {
-    auto value = [&](std::size_t axis) { return static_cast<double>(static_cast<std::int32_t>(sum[axis])); };
-    const double share = 1.0 / neighbours;
-    return {value(0) * share, value(1) * share, value(2) * share};
+  [[nodiscard]] Four normal_vector() const {
+    auto value = [&](std::size_t axis) { return static_cast<float>(static_cast<std::int64_t>(normal[axis])); };
+    return Four{value(0), value(1), value(2), 0};
+  }
+
+ private:
+  // Three numbers and, in the fourth lane, the bits of the member behind them.
+  [[nodiscard]] FourWords load(std::size_t offset) const {
+    FourWords four;
+    std::memcpy(&four, reinterpret_cast<const std::byte*>(this) + offset, sizeof four);
+    return four;
+  }
+  static Four lanes(FourWords values) {
+    constexpr FourWords kNotTheFourth{0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0};
+    return __builtin_convertvector((FourInts)(values & kNotTheFourth), Four);
   }
 };
+static_assert(sizeof(Site) == 64);
 
 class Surface {
  public:
-  [[nodiscard]] const RingSums& operator[](std::size_t v) const { return of_[v]; }
-  RingSums& operator[](std::size_t v) { return of_[v]; }
+  [[nodiscard]] const Site& operator[](std::size_t v) const { return sites_[v]; }
+  Site& operator[](std::size_t v) { return sites_[v]; }
 
-  void reserve(std::size_t count) { of_.reserve(count); }
-  /// New vertices have no surroundings.
-  void resize(std::size_t count) { of_.resize(count); }
-  /// From nothing, for the base mesh. [linear]
-  void build(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points);
-  /// A patch was opened around patch.centre, which is new and has a point. [constant]
-  void opened(std::span<const LatticePoint> points, const Patch& patch, const Triangulation& triangulation);
-  /// Ear x was put beyond the edge that now runs b -> a in its face. [constant]
-  void clipped_on(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b, std::uint32_t x);
-  /// Vertex v moves from `from` to `to`; its neighbours stand where `points` says. [valence of v]
-  void moved(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::uint32_t v, const LatticePoint& from,
-             const LatticePoint& to);
+  /// The sites of all vertices of `mesh` at `points`, with the spreads that are known. [linear]
+  void build(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::span<const RelativeSpread> spreads);
+  /// Vertex v moves. [valence of v]
+  void move(const HalfEdgeMesh& mesh, std::uint32_t v, const LatticePoint& to);
+  /// The same, but normals stay as they were until add_up(). [valence of v]
+  void move_without_normals(const HalfEdgeMesh& mesh, std::uint32_t v, const LatticePoint& to);
+  /// All sums anew. [linear]
+  void add_up(const HalfEdgeMesh& mesh);
 
  private:
-  void add_edge(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b);
-  void remove_edge(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b);
-  void add_face(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-  void remove_face(std::span<const LatticePoint> points, std::uint32_t a, std::uint32_t b, std::uint32_t c);
-
-  std::vector<RingSums> of_;
+  std::vector<Site> sites_;
 };
 
 }  // namespace pmcd::codec
