@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace pmcd::codec {
 namespace {
@@ -44,6 +43,33 @@ void bound(SymbolInputs& inputs) {
   }
 }
 
+// What a change of its valence makes of a ring vertex.
+struct Outcome {
+  std::uint8_t valence = 0;   // part of its state
+  std::int8_t deviation = 0;  // growth of |valence - 6|
+};
+constexpr int kLeastChange = -2;
+constexpr int kMostValence = 15;  // above, all is alike
+constexpr auto kOutcome = [] {
+  std::array<std::array<Outcome, kMostValence + 1>, 4> outcomes{};
+  auto size = [](int x) { return x < 0 ? -x : x; };
+  for (int row = 0; row < 4; ++row) {
+    for (int valence = 0; valence <= kMostValence; ++valence) {
+      const int change = row + kLeastChange;
+      const int after = std::clamp(valence + change, 2, 11);
+      outcomes[static_cast<std::size_t>(row)][static_cast<std::size_t>(valence)] = {
+          static_cast<std::uint8_t>(after - 2), static_cast<std::int8_t>(size(after - 6) - size(after - change - 6))};
+    }
+  }
+  return outcomes;
+}();
+
+// REQUIRES: -2 <= change <= 1, valence >= 0.
+const Outcome& outcome(int valence, int change) {
+  return kOutcome[static_cast<std::size_t>(change - kLeastChange)]
+                 [static_cast<std::size_t>(std::min(valence, kMostValence))];
+}
+
 }  // namespace
 
 Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind,
@@ -77,9 +103,10 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
   }
 }
 
-inline std::uint8_t Surroundings::state_of(std::uint32_t v, int closed, int change) const {
+// After its face at the gate stayed as it is.
+inline std::uint8_t Surroundings::state_of(std::uint32_t v) const {
   const Vertex& here = vertex_[v];
-  return static_cast<std::uint8_t>(std::min(here.open - closed, 3) * 10 + std::clamp(here.valence + change - 2, 0, 9));
+  return static_cast<std::uint8_t>(std::clamp(here.open - 1, 0, 3) * 10 + outcome(here.valence, 0).valence);
 }
 
 Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const {
@@ -104,7 +131,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   h.symbol = kNull;
   h.row = 0;
   h.vertices = 3;
-  h.state = {state_of(t, 1, 0), state_of(front, 1, 0), state_of(s, 1, 0)};
+  h.state = {state_of(t), state_of(front), state_of(s)};
   // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
   const std::array<Four, 3> corner = {vertex_[s].position, vertex_[t].position, vertex_[front].position};
   const Four sum = corner[0] + corner[1] + corner[2];
@@ -182,9 +209,10 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     mean += ring[i];
     recent += v >= previous_ ? 1.0f : 0.0f;
     const int change = (kIsBorder ? star_faces(patch, i) : 2) - triangulation.faces_at[i];
-    h.state[i] = state_of(v, triangulation.faces_at[i], change);
-    const int excess = std::clamp(vertex_[v].valence + change, 2, 11) - 6;  // of the valence afterwards over 6
-    regular += std::abs(excess) - std::abs(excess - change);
+    const Outcome& after = outcome(vertex_[v].valence, change);
+    const int open = vertex_[v].open - triangulation.faces_at[i];
+    h.state[i] = static_cast<std::uint8_t>(std::clamp(open, 0, 3) * 10 + after.valence);
+    regular += after.deviation;
   }
   mean *= kShareOfRing;
 

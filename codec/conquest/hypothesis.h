@@ -99,7 +99,7 @@ class Surroundings {
   // Of an edge as Patch::inside names it.
   [[nodiscard]] float log_length(std::uint32_t place) const { return face_[place / 4].log_length[place % 4]; }
   void fade(float by);
-  [[nodiscard]] std::uint8_t state_of(std::uint32_t v, int closed, int change) const;
+  [[nodiscard]] std::uint8_t state_of(std::uint32_t v) const;
   [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
   void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
                      Hypothesis& hypothesis) const;

@@ -9,9 +9,11 @@
 
 #include "codec/conquest/conquest.h"
 #include "codec/conquest/ears.h"
+#include "codec/conquest/hypothesis.h"
 #include "codec/conquest/legality.h"
 #include "codec/conquest/patch.h"
 #include "codec/conquest/triangulation.h"
+#include "codec/encoder.h"
 #include "codec/encoder/decimation.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
@@ -441,6 +443,45 @@ TEST(Decimation, StopsWhenProgressSaysNo) {
                   *links, points, seeds, {}, [](std::uint32_t) { return false; }, cancelled)
                   .empty());
   EXPECT_TRUE(cancelled);
+}
+
+// Before every gate of a mesh of which nothing is decided: null first, each symbol once, everything within its range.
+void expect_sound_hypotheses(const TriangleMesh& mesh, const std::vector<LatticePoint>& points) {
+  const auto links = HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
+  ASSERT_TRUE(links.ok());
+  Marks marks;
+  marks.clear(*links);
+  Surroundings surroundings(*links, points, PassKind::decimating, 0);
+  for (std::uint32_t gate = 0; gate < 3 * links->face_count(); ++gate) {
+    const std::span<const Hypothesis> all = surroundings.look(*links, marks, gate, kP, gate % 2 == 0 ? kM : kP);
+    ASSERT_FALSE(all.empty());
+    EXPECT_EQ(all[0].symbol, kNull);
+    std::set<Symbol> symbols;
+    for (const Hypothesis& h : all) {
+      EXPECT_TRUE(symbols.insert(h.symbol).second);
+      ASSERT_LT(h.row, kSymbolRows);
+      for (std::size_t k = 0; k < h.vertices; ++k) ASSERT_LT(h.state[k], kVertexStates);
+      for (float input : h.input.value) ASSERT_LE(std::abs(input), 4);  // not so for a NaN
+    }
+  }
+}
+
+TEST(HypothesesTest, StayWithinTheirRangesOnAnyGeometry) {
+  Random random(12);
+  for (const TriangleMesh& mesh : {torus(9, 12), holed_plate(2, 8), bipyramid(12000), cone(12000), tetrahedron()}) {
+    std::vector<LatticePoint> points(mesh.positions.size(), {7, 7, 7});
+    expect_sound_hypotheses(mesh, points);  // nothing has an area or a length
+    for (LatticePoint& p : points) {
+      for (std::int32_t& coordinate : p) coordinate = static_cast<std::int32_t>(random.below(1u << 24));
+    }
+    expect_sound_hypotheses(mesh, points);
+  }
+}
+
+TEST(HypothesesTest, VerticesOfVeryManyFacesAreCoded) {
+  EncodeOptions options;
+  options.bits = 12;
+  for (const TriangleMesh& mesh : {bipyramid(25000), cone(25000)}) EXPECT_TRUE(encode(mesh, options).ok());
 }
 
 }  // namespace
