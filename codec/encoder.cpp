@@ -174,9 +174,9 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
     vertices_after.push_back(vertices);
   }
   Growth growth;
-  if (options.effort == Effort::best) {  // four passes in the last packet
-    growth.last = 3;
-    growth.last_most = 4.4;
+  if (options.effort == Effort::best) {  // four or five passes in the last packet
+    growth.last = 4;
+    growth.last_most = 5.8;
   }
   return group_passes(base_vertices, vertices_after, most_packets, growth);
 }

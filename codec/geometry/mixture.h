@@ -17,7 +17,7 @@ namespace pmcd::codec {
 class Mixture {
  public:
   static constexpr std::size_t kWidths = 3;
-  static constexpr std::size_t kSpikes = 2;
+  static constexpr std::size_t kSpikes = 3;
   static constexpr std::array<double, kWidths> kWidth = {0.35, 0.7, 1.6};  // of the expected spread
   using Weights = std::array<double, kWidths>;                             // sum 1
 

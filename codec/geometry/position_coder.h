@@ -25,7 +25,8 @@ struct PositionModels {
 };
 
 /// Of the values that the ring suggests, the most frequent one: coordinates of its vertices (kind 0), corners of its
-/// parallelograms (kind 1). Answers how often it was met; 0: there is none.
+/// parallelograms (kind 1), middles between opposite
+/// vertices (kind 2). Answers how often it was met; 0: there is none.
 inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::size_t axis, std::size_t kind,
                                  unsigned shift, std::int32_t& value) {
   std::array<std::int32_t, Ring::kMost> values{};
@@ -36,6 +37,11 @@ inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::
       if (ring.apex[i] == kNone) continue;
       middle += surface[ring.vertex[ring.after(i)]].point[axis] - surface[ring.apex[i]].point[axis];
       if (middle < 0) continue;
+    }
+    if (kind == 2) {
+      if (ring.border) return 0;
+      const std::size_t opposite = i + ring.size / 2 < ring.size ? i + ring.size / 2 : i + ring.size / 2 - ring.size;
+      middle = (middle + surface[ring.vertex[opposite]].point[axis] + 2) >> 1;
     }
     values[count++] = middle >> (shift + 1);
   }
