@@ -136,11 +136,15 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
                       std::size_t later_passes, Source& source) {
   const std::size_t stage = std::min(later_passes, kEarliestPass);
   const std::int32_t most = state.lattice.max_index() >> state.shift;
+  Ring next = first < end ? collect_ring(state.mesh, first) : Ring();
   for (std::uint32_t v = first; v < end; ++v) {
-    const Expectation expected = state.predictor.expect(state.mesh, surface, v, state.shift, stage);
+    const Ring ring = next;
+    if (v + 1 < end) next = collect_ring(state.mesh, v + 1);
+    surface.prefetch(next);
+    const Expectation expected = state.predictor.expect(ring, surface, v, state.shift, stage);
     LatticePoint cell{};
-    if (source.failed() || !code_position(state.models.position, source, surface, expected, most, state.shift, nullptr,
-                                          0, cell_of(source.wanted_point(v), state.shift), cell)) {
+    if (source.failed() || !code_position(state.models.position, source, surface, ring, expected, most, state.shift,
+                                          nullptr, 0, cell_of(source.wanted_point(v), state.shift), cell)) {
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
     settle(state, surface, expected, v, middle_of(cell, state.shift));
@@ -156,11 +160,12 @@ Status code_digits(LevelState& state, Surface& surface, unsigned shift, std::uin
   for (std::uint32_t v = 0; v < end; ++v) {
     if (state.mesh.outgoing(v) == kNone) continue;  // isolated: it came with all digits
     if (source.failed()) return Error{ErrorCode::corrupt_data, v, "the packet's digits end too early"};
-    const Expectation expected = state.predictor.expect(state.mesh, surface, v, state.shift, kFurtherDigits);
+    const Ring ring = collect_ring(state.mesh, v);
+    const Expectation expected = state.predictor.expect(ring, surface, v, state.shift, kFurtherDigits);
     const LatticePoint known = cell_of_middle(state.points[v], shift);
     LatticePoint cell{};
-    code_position(state.models.position, source, surface, expected, most, state.shift, &known, shift - state.shift,
-                  cell_of(source.wanted_point(v), state.shift), cell);
+    code_position(state.models.position, source, surface, ring, expected, most, state.shift, &known,
+                  shift - state.shift, cell_of(source.wanted_point(v), state.shift), cell);
     settle(state, surface, expected, v, middle_of(cell, state.shift));
   }
   return {};

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "codec/entropy/softmax.h"
+
 namespace pmcd::codec {
 
 namespace real_tables {
@@ -76,39 +78,47 @@ inline double fast_exp2(double x) {
   return mantissa * std::bit_cast<double>(static_cast<std::uint64_t>(whole - 64 + 1023) << 52);
 }
 
-/// The logistic distribution function 1 / (1 + e^-t) times 2^24 as an integer that never falls when t grows.
+/// The logistic distribution function 1 / (1 + e^-t) times 2^24 as an integer that never falls when t grows. Four at a
+/// time.
 class LogisticTable {
  public:
-  static constexpr unsigned kBits = 24;
+  using FourInts = std::int32_t __attribute__((vector_size(16)));
 
-  static std::uint32_t at(double t) {
-    double from_left = t + kReach;
-    if (!(from_left > 0)) from_left = 0;
-    if (from_left > 2 * kReach - 0x1p-10) from_left = 2 * kReach - 0x1p-10;
-    const auto position = static_cast<std::uint32_t>(from_left * 1048576.0);  // 2^20 units
-    const std::size_t step = position >> kFractionBits;
-    const std::uint32_t fraction = position & ((1u << kFractionBits) - 1);
-    const std::uint32_t low = kTable[step];
-    return low + static_cast<std::uint32_t>((std::uint64_t{kTable[step + 1] - low} * fraction) >> kFractionBits);
+  static FourInts at(Four t) {
+    constexpr float kLast = 2 * kReach - 0x1p-10f;
+    t += kReach;
+    t = t > 0.0f ? t : Four{};
+    t = t < kLast ? t : Four{} + kLast;
+    const FourInts position = __builtin_convertvector(t * static_cast<float>(32 << kFractionBits), FourInts);
+    const FourInts step = position >> kFractionBits;
+    const FourInts fraction = position & ((1 << kFractionBits) - 1);
+    const FourInts low{kTable[step[0]], kTable[step[1]], kTable[step[2]], kTable[step[3]]};
+    const FourInts rise{kRise[step[0]], kRise[step[1]], kRise[step[2]], kRise[step[3]]};
+    return low + ((rise * fraction) >> kFractionBits);
   }
 
  private:
-  static constexpr double kReach = 16;
-  static constexpr unsigned kFractionBits = 15;  // a step of the table is 1/32
+  static constexpr float kReach = 16;
+  static constexpr int kFractionBits = 10;  // a step of the table is 1/32
   static constexpr std::size_t kSteps = 1024;
 
-  static constexpr std::array<std::uint32_t, kSteps + 1> kTable = [] {
+  static constexpr std::array<std::int32_t, kSteps + 1> kTable = [] {
     // e^-t by powers of e^-1/32.
-    std::array<std::uint32_t, kSteps + 1> table{};
+    std::array<std::int32_t, kSteps + 1> table{};
     const double ratio = real_tables::natural_exp(-1.0 / 32);
     double decay = 1;  // e^-t for t >= 0
     for (std::size_t i = 0; i <= kSteps / 2; ++i) {
       const double upper = 1 / (1 + decay);
-      table[kSteps / 2 + i] = static_cast<std::uint32_t>(upper * 16777216.0 + 0.5);
-      table[kSteps / 2 - i] = static_cast<std::uint32_t>((1 - upper) * 16777216.0 + 0.5);
+      table[kSteps / 2 + i] = static_cast<std::int32_t>(upper * 16777216.0 + 0.5);
+      table[kSteps / 2 - i] = static_cast<std::int32_t>((1 - upper) * 16777216.0 + 0.5);
       decay *= ratio;
     }
     return table;
+  }();
+  static constexpr std::array<std::int32_t, kSteps> kRise = [] {
+    std::array<std::int32_t, kSteps> rise{};
+    for (std::size_t i = 0; i < kSteps; ++i) rise[i] = kTable[i + 1] - kTable[i];
+    return rise;
   }();
 };
 

@@ -24,14 +24,14 @@ inline constexpr std::size_t kSpikeContexts = 96;
 class CoordinateModel {
  public:
   CoordinateModel() {
-    for (auto& of_order : weights_) of_order.fill({0.3, 0.5, 0.2});
-    for (auto& of_kind : spike_weights_) of_kind.fill(0.03);
+    for (auto& of_order : weights_) of_order.fill({0.3f, 0.5f, 0.2f});
+    for (auto& of_kind : spike_weights_) of_kind.fill(0.03f);
   }
 
   /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated[k]` is a
   /// value of kind k. REQUIRES: spread > 0, mean within -2^30 .. 2^30, at most Mixture::kSpikes repeated values.
-  Mixture mixture(double mean, double spread, std::size_t order, std::span<const RepeatedValue> repeated) {
-    const int half_octave = static_cast<int>(2 * fast_log2(spread) + 64.0) - 64 + kLowest;
+  Mixture mixture(double mean, float spread, std::size_t order, std::span<const RepeatedValue> repeated) {
+    const int half_octave = static_cast<int>(2 * fast_log2(spread) + 64.0f) - 64 + kLowest;
     Mixture mixture(mean, spread, weights_[order][static_cast<std::size_t>(std::clamp(half_octave, 0, kClasses - 1))]);
     for (std::size_t k = 0; k < repeated.size(); ++k) {
       mixture.add_spike(repeated[k].value, spike_weights_[k][repeated[k].context]);
@@ -114,7 +114,7 @@ class CoordinateModel {
   static constexpr int kLowest = 6;  // spreads below 2^-3 cells share a class
 
   std::array<std::array<Mixture::Weights, kClasses>, 3> weights_;
-  std::array<std::array<double, kSpikeContexts>, Mixture::kSpikes> spike_weights_;
+  std::array<std::array<float, kSpikeContexts>, Mixture::kSpikes> spike_weights_;
   UnsignedModel beyond_;
 };
 

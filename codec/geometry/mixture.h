@@ -18,27 +18,25 @@ class Mixture {
  public:
   static constexpr std::size_t kWidths = 3;
   static constexpr std::size_t kSpikes = 3;
-  static constexpr std::array<double, kWidths> kWidth = {0.35, 0.7, 1.6};  // of the expected spread
-  using Weights = std::array<double, kWidths>;                             // sum 1
+  static constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread; the fourth is not used
+  using Weights = std::array<float, kWidths>;             // sum 1
 
   /// About `mean` with `spread`, in cells. `weights` is learnt from and must outlive the mixture.
-  Mixture(double mean, double spread, Weights& weights) : mean_(mean), weights_(weights) {
-    constexpr double kLeast = 0.04;
-    for (std::size_t k = 0; k < kWidths; ++k) {
-      const double width = kWidth[k] * spread + kLeast;
-      inverse_[k] = 1 / width;
-      reach_ = 12 * width + 2;
-      share_[k] = static_cast<std::uint32_t>(weights[k] * 65535.0);
-    }
+  Mixture(double mean, float spread, Weights& weights) : mean_(mean), weights_(weights) {
+    constexpr float kLeast = 0.04f;
+    const Four width = kWidth * spread + kLeast;
+    inverse_ = 1.0f / width;
+    reach_ = 12 * static_cast<double>(width[kWidths - 1]) + 2;
+    for (std::size_t k = 0; k < kWidths; ++k) share_[k] = static_cast<std::uint32_t>(weights[k] * 65535.0f);
   }
 
   /// A part of the mass, `weight` of it and some at least, stands on one value.
-  void add_spike(std::int32_t value, double& weight) {
-    constexpr double kLeast = 0.0004;
+  void add_spike(std::int32_t value, float& weight) {
+    constexpr float kLeast = 0.0004f;
     Spike& spike = spikes_[spike_count_++];
     spike.at = value;
     spike.learnt = &weight;
-    spike.share = static_cast<std::uint32_t>((weight < kLeast ? kLeast : weight) * body_);
+    spike.share = static_cast<std::uint32_t>((weight < kLeast ? kLeast : weight) * static_cast<float>(body_));
     body_ -= spike.share;
   }
 
@@ -48,11 +46,9 @@ class Mixture {
 
   /// The probability times 2^24 of lying below x, which is no whole number. Never falls.
   [[nodiscard]] std::uint32_t below(double x) const {
-    const double distance = x - mean_;
+    const auto parts = LogisticTable::at(static_cast<float>(x - mean_) * inverse_);
     std::uint64_t mass = 0;
-    for (std::size_t k = 0; k < kWidths; ++k) {
-      mass += std::uint64_t{share_[k]} * LogisticTable::at(distance * inverse_[k]);
-    }
+    for (std::size_t k = 0; k < kWidths; ++k) mass += std::uint64_t{share_[k]} * static_cast<std::uint32_t>(parts[k]);
     if (spike_count_ == 0) return static_cast<std::uint32_t>(mass >> 16);
     mass = (mass >> 16) * body_;
     for (std::size_t k = 0; k < spike_count_; ++k) {
@@ -65,32 +61,34 @@ class Mixture {
   [[nodiscard]] double quantile(std::uint64_t mass) const {
     const auto from_left = static_cast<double>(mass) + 1;
     const double from_right = 16777217.0 - from_left > 1 ? 16777217.0 - from_left : 1;
-    return mean_ + real_tables::kLn2 * (fast_log2(from_left) - fast_log2(from_right)) / inverse_[1];
+    return mean_ +
+           real_tables::kLn2 * (fast_log2(from_left) - fast_log2(from_right)) / static_cast<double>(inverse_[1]);
   }
 
   /// What came lies between `from` and `to`: those that expected it gain.
   void learn(double from, double to) {
-    constexpr double kRate = 0.02;
-    constexpr double kSpikeRate = 0.03;
-    std::array<double, kWidths> part{};
-    double sum = 0;
+    constexpr float kRate = 0.02f;
+    constexpr float kSpikeRate = 0.03f;
+    const auto mass = LogisticTable::at(static_cast<float>(to - mean_) * inverse_) -  //
+                      LogisticTable::at(static_cast<float>(from - mean_) * inverse_);
+    std::array<float, kWidths> part{};
+    float sum = 0;
     for (std::size_t k = 0; k < kWidths; ++k) {
-      const std::uint32_t mass = LogisticTable::at((to - mean_) * inverse_[k]) -  //
-                                 LogisticTable::at((from - mean_) * inverse_[k]);
-      part[k] = weights_[k] * (mass + 1.0);
+      part[k] = weights_[k] * (static_cast<float>(mass[k]) + 1);
       sum += part[k];
     }
-    const double share = 1 / sum;
+    const float share = 1 / sum;
     for (std::size_t k = 0; k < kWidths; ++k) weights_[k] += kRate * (part[k] * share - weights_[k]);
     if (spike_count_ == 0) return;
 
-    double total = sum * body_;
+    float total = sum * static_cast<float>(body_);
     auto hit = [&](const Spike& spike) { return spike.at > from && spike.at < to; };
+    auto of_spike = [](const Spike& spike) { return static_cast<float>(spike.share) * 16777216.0f; };
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      if (hit(spikes_[k])) total += spikes_[k].share * 16777216.0;
+      if (hit(spikes_[k])) total += of_spike(spikes_[k]);
     }
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      const double likely = hit(spikes_[k]) ? spikes_[k].share * 16777216.0 / total : 0;
+      const float likely = hit(spikes_[k]) ? of_spike(spikes_[k]) / total : 0;
       *spikes_[k].learnt += kSpikeRate * (likely - *spikes_[k].learnt);
     }
   }
@@ -99,12 +97,12 @@ class Mixture {
   struct Spike {
     double at = 0;
     std::uint32_t share = 0;  // of 2^16
-    double* learnt = nullptr;
+    float* learnt = nullptr;
   };
 
   double mean_;
   double reach_ = 0;
-  std::array<double, kWidths> inverse_{};
+  Four inverse_{};
   std::array<std::uint32_t, kWidths> share_{};  // of 2^16, together a little less
   Weights& weights_;
   std::array<Spike, kSpikes> spikes_{};

@@ -59,9 +59,9 @@ inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
 /// `shift`: digits that the answer does not have. False: the packet is damaged.
 template <typename Source>
-bool code_position(PositionModels& models, Source& source, const Surface& surface, const Expectation& expected,
-                   std::int32_t most, unsigned shift, const LatticePoint* known, unsigned digits,
-                   const LatticePoint& wanted, LatticePoint& cell) {
+bool code_position(PositionModels& models, Source& source, const Surface& surface, const Ring& ring,
+                   const Expectation& expected, std::int32_t most, unsigned shift, const LatticePoint* known,
+                   unsigned digits, const LatticePoint& wanted, LatticePoint& cell) {
   const std::array<double, 3> n = {expected.normal[0], expected.normal[1], expected.normal[2]};
   std::array<std::size_t, 3> axis = {0, 1, 2};
   auto longer = [&](std::size_t i, std::size_t j) { return n[i] * n[i] > n[j] * n[j]; };
@@ -121,19 +121,19 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     std::int32_t value = 0;
     const std::int32_t want = wanted[axis[i]];
     if (known != nullptr) {
-      Mixture mixture = models.further.mixture(centre, spread, i, {});
+      Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       const std::size_t kinds = models.structured ? repeated.size() : 0;
       for (std::size_t kind = 0; kind < kinds; ++kind) {
-        const std::size_t times = most_frequent(surface, expected.ring, axis[i], kind, shift, repeated[kind].value);
+        const std::size_t times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
         const std::size_t far = distance < 0.3 ? 0 : (distance < 1 ? 1 : (distance < 2.5 ? 2 : 3));
         repeated[kind].context = (std::min<std::size_t>(times, 7) * 3 + outcome[kind]) * 4 + far;
       }
-      Mixture mixture = models.first.mixture(centre, spread, i, std::span(repeated).first(kinds));
+      Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
       for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;

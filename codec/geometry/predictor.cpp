@@ -54,14 +54,12 @@ float absolute(float value) {
 Predictor::Predictor()
     : position_(copies_of<std::array<Fit, kGroups>, kStages>(copies_of<Fit, kGroups>(Fit(kTuning, {kPrior})))) {}
 
-Expectation Predictor::expect(const HalfEdgeMesh& mesh, const Surface& surface, std::uint32_t centre, unsigned shift,
+Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uint32_t centre, unsigned shift,
                               std::size_t stage) const {
   Expectation e;
   e.stage = stage;
   e.cell = static_cast<float>(2u << shift);
-  e.ring = collect_ring(mesh, centre);
   e.origin = surface[centre].point;
-  const Ring& ring = e.ring;
   const FourWords origin = four_words(e.origin);
   e.group = group_of(ring);
   const std::size_t size = ring.size;

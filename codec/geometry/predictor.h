@@ -27,7 +27,6 @@ struct Expectation {
   static constexpr std::size_t kFeatures = 7;
   using Fit = LeastSquares<kFeatures, 1>;
 
-  Ring ring;
   LatticePoint origin{};  ///< half lattice steps, as all that follows
   Four position{};        ///< the prediction, unbounded
   Four normal{};          ///< unit length, or zero when the ring has no area
@@ -46,11 +45,11 @@ class Predictor {
  public:
   Predictor();
 
-  /// Expects the position of `centre` from its one-ring and what lies around that; vertices that are not decoded yet
-  /// stand at provisional positions, the centre too. `shift`: binary digits that the answer will not have.
-  /// [valence of the centre, at most Ring::kMost]
-  [[nodiscard]] Expectation expect(const HalfEdgeMesh& mesh, const Surface& surface, std::uint32_t centre,
-                                   unsigned shift, std::size_t stage) const;
+  /// Expects the position of `centre` from its one-ring `ring` and what lies around that; vertices that are not decoded
+  /// yet stand at provisional positions, the centre too. `shift`: binary digits that the answer will not have. [valence
+  /// of the centre, at most Ring::kMost]
+  [[nodiscard]] Expectation expect(const Ring& ring, const Surface& surface, std::uint32_t centre, unsigned shift,
+                                   std::size_t stage) const;
 
   /// Learns from the decoded position (half lattice steps). Answers how far it lay off, for the neighbours to come.
   RelativeSpread learn(const Expectation& expected, const LatticePoint& actual);

@@ -43,9 +43,13 @@ LatticePoint guess(const Ring& ring, const Surface& surface, const LatticePoint&
 }  // namespace
 
 void place_provisionally(const HalfEdgeMesh& mesh, Surface& surface, std::uint32_t first, std::int32_t most) {
-  for (std::uint32_t v = first; v < mesh.vertex_count(); ++v) {
+  const std::uint32_t end = mesh.vertex_count();
+  Ring next = first < end ? collect_ring(mesh, first) : Ring();
+  for (std::uint32_t v = first; v < end; ++v) {
     Site& site = surface[v];
-    const Ring ring = collect_ring(mesh, v);
+    const Ring ring = next;
+    if (v + 1 < end) next = collect_ring(mesh, v + 1);
+    surface.prefetch(next);
     RelativeSpread sum{0, 0};
     for (std::size_t i = 0; i < ring.size; ++i) {
       const RelativeSpread& spread = surface[ring.vertex[i]].spread;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "codec/entropy/softmax.h"
+#include "codec/geometry/ring.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/halfedge_mesh.h"
 
@@ -67,6 +68,14 @@ class Surface {
  public:
   [[nodiscard]] const Site& operator[](std::size_t v) const { return sites_[v]; }
   Site& operator[](std::size_t v) { return sites_[v]; }
+
+  /// Has the memory brought closer that looking at a ring will need.
+  void prefetch(const Ring& ring) const {
+    for (std::size_t i = 0; i < ring.size; ++i) {
+      __builtin_prefetch(&sites_[ring.vertex[i]]);
+      if (ring.apex[i] != kNone) __builtin_prefetch(&sites_[ring.apex[i]]);
+    }
+  }
 
   /// The sites of all vertices of `mesh` at `points`, with the spreads that are known. [linear]
   void build(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::span<const RelativeSpread> spreads);
