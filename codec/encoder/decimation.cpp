@@ -16,6 +16,10 @@ constexpr std::uint32_t kSmallBase = 80;
 constexpr std::uint32_t kSmallestBase = 24;
 constexpr std::uint32_t kShareOfSmallBase = 12;
 constexpr std::uint32_t kSmallComponent = 6;
+// Coarse levels hold few of the bytes and are what is seen first: there only flat places are thinned out. From this
+// share of the mesh down, and to this bound on the change of shape, unless another is asked for.
+constexpr std::uint32_t kCoarseShare = 8;
+constexpr double kCoarseShapeError = 0.45;
 // A pass that removes less than this share of the vertices has stalled.
 constexpr double kStall = 0.08;
 // Far more than a shrinking mesh needs (0.92^400 is 10^-15), fewer than a packet may hold.
@@ -134,7 +138,9 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
   Marks marks;
   PassKind kind = PassKind::decimating;
   std::uint32_t removed_by_pair = 0;
+  const std::uint32_t coarse = left / kCoarseShare;
   for (;;) {
+    if (limited && left <= coarse && !limits.max_shape_error) limits.max_shape_error = kCoarseShapeError;
     PassRecord record;
     record.kind = kind;
     RemovingDriver driver(mesh, points, marks, limits, record);

@@ -19,7 +19,7 @@ PrecisionPlan::PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePo
 unsigned PrecisionPlan::shift_at(std::uint32_t vertices, unsigned bits) const {
   constexpr double kCellsPerEdge = 12;
   // From this share of the mesh on, cells shrink faster than edges do.
-  constexpr double kFineFrom = 1.0 / 16;
+  constexpr double kFineFrom = 1.0 / 8;
   constexpr unsigned kFewestBits = 4;
   if (alignment_ == Alignment::planes) return 0;
   const double count = std::max(1u, vertices);
