@@ -201,13 +201,52 @@ TEST(BaseHeaderTest, BothScalarsComeBackWithTheirBits) {
         ASSERT_FALSE(parse_base_header(coded.first(length)).ok()) << length;
       }
       Bytes flags = payload;
-      flags[3] |= std::byte{4};
+      flags[3] |= std::byte{16};
       expect_error(parse_base_header(std::span<const std::byte>(flags).subspan(2)), ErrorCode::unsupported_feature, 1);
       Bytes bits = payload;
       bits[2] = std::byte{25};
       expect_error(parse_base_header(std::span<const std::byte>(bits).subspan(2)), ErrorCode::corrupt_data, 0);
     }
   }
+}
+
+TEST(BaseHeaderTest, LatticesOfMultiplesComeBack) {
+  Lattice lattice;
+  lattice.bits = 20;
+  lattice.exact = true;
+  lattice.set_unit({5, -7}, {-3, std::int64_t{1} << 40, 0});
+  Bytes payload;
+  append_base_header(payload, lattice, true);
+  EXPECT_EQ(payload.size(), 2u + 3u + 1u + 6u + 1u);
+  const Result<BaseHeader> header = parse_base_header(payload);
+  ASSERT_TRUE(header.ok());
+  EXPECT_EQ(header->size, payload.size());
+  EXPECT_TRUE(header->lattice.exact);
+  EXPECT_EQ(header->lattice.unit, lattice.unit);
+  EXPECT_EQ(header->lattice.origin, lattice.origin);
+  EXPECT_EQ(header->lattice.min, (Position{-1.5e-6, 549755.813888, 0}));
+  EXPECT_EQ(header->lattice.step, 5e-7);
+  for (std::size_t length = 0; length < payload.size(); ++length) {
+    ASSERT_FALSE(parse_base_header(std::span<const std::byte>(payload).first(length)).ok()) << length;
+  }
+  auto refused = [&](std::size_t at, std::uint8_t value) {
+    Bytes changed = payload;
+    changed[at] = std::byte{value};
+    expect_error(parse_base_header(changed), ErrorCode::corrupt_data, 0);
+  };
+  refused(1, 4 | 8);  // exact, but not lossless
+  refused(2, 3);      // three times a power of ten
+  refused(3, 0x80);   // 10^-128
+  refused(4, 0x7F);   // 10^32505
+  Lattice far = lattice;
+  far.origin[1] = std::int64_t{1} << 50;
+  Bytes beyond;
+  append_base_header(beyond, far, true);
+  expect_error(parse_base_header(beyond), ErrorCode::corrupt_data, 0);
+  Bytes plain;
+  append_base_header(plain, Lattice(), true);
+  plain[1] |= std::byte{8};  // exact without a unit
+  expect_error(parse_base_header(plain), ErrorCode::corrupt_data, 0);
 }
 
 std::vector<EncodedPacket> sample_packets(std::optional<unsigned> bits = 10) {

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// What a mesh's coordinates look like below the lattice: what the exactness section (codec/exactness.h) says once,
+// before it lifts vertex by vertex. Found by the encoder (encoder/exactness_search.h).
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "codec/lattice/decimals.h"
+
+namespace pmcd::codec {
+
+struct ExactnessForm {
+  std::optional<Decimals> fine;    ///< what the coordinates are, or lie next to; none: any float
+  std::optional<Decimals> coarse;  ///< what many of them are
+  struct Axis {
+    bool repeats = false;  ///< values come again: the last ones of each cell are remembered
+    bool coarse = false;   ///< a bit tells whether a coordinate is one of `coarse`
+    bool strays = false;   ///< coordinates may lie some floats off
+  };
+  std::array<Axis, 3> axes{};
+};
+
+}  // namespace pmcd::codec
