@@ -167,8 +167,12 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   const bool lossless = !options.bits.has_value();
   Result<Lattice> lattice = Lattice::over(mesh, options.bits.value_or(kLosslessBits));
   if (!lattice) return lattice.error();
-  if (lossless) *lattice = choose_lattice(mesh, *lattice);
   Writing w;
+  if (lossless) {
+    LosslessPlan plan = plan_lossless(mesh, *lattice);
+    *lattice = plan.lattice;
+    w.plan.form = plan.form;
+  }
   Encoded result;
   Status planned = make_plan(mesh, *lattice, w.plan, result.report);
   if (!planned) return planned.error();
@@ -191,7 +195,6 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   // Exactness is a packet of its own, unless only one may follow the base.
   std::optional<unsigned> most = options.max_packets_after_base;
   const bool exact = lossless && !lattice->exact && total > 0;
-  if (exact) w.plan.form = choose_form(mesh, *lattice, w.plan.points);
   const bool exact_apart = exact && (passes.empty() || !most || *most > 1);
   if (most && exact_apart && *most > 1) --*most;
   const std::vector<std::uint32_t> groups = plan_packets(passes, in_faces, most);

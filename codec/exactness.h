@@ -119,15 +119,34 @@ bool code_decimals(Source& source, std::optional<Decimals>& decimals, const std:
 }
 
 template <typename Source>
+double code_double(Source& source, double wanted) {
+  const auto bits = std::bit_cast<std::uint64_t>(wanted);
+  const std::uint64_t high = source.raw(static_cast<std::uint32_t>(bits >> 32), 32);
+  return std::bit_cast<double>(high << 32 | source.raw(static_cast<std::uint32_t>(bits & 0xFFFFFFFFu), 32));
+}
+
+template <typename Source>
+bool code_grid(Source& source, std::optional<SteppedGrid>& grid, const std::optional<SteppedGrid>& wanted) {
+  if (source.raw(wanted ? 1 : 0, 1) == 0) return true;
+  const SteppedGrid want = wanted.value_or(SteppedGrid());
+  SteppedGrid got;
+  got.step = code_double(source, want.step);
+  for (std::size_t axis = 0; axis < 3; ++axis) got.origin[axis] = code_double(source, want.origin[axis]);
+  grid = got;
+  return valid(got);
+}
+
+template <typename Source>
 bool code_form(Source& source, ExactnessForm& form, const ExactnessForm& wanted) {
   if (!code_decimals(source, form.fine, wanted.fine) || !code_decimals(source, form.coarse, wanted.coarse))
     return false;
+  if (!form.coarse && !code_grid(source, form.grid, wanted.grid)) return false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const ExactnessForm::Axis& want = wanted.axes[axis];
     form.axes[axis].repeats = source.raw(want.repeats ? 1 : 0, 1) != 0;
     form.axes[axis].coarse = source.raw(want.coarse ? 1 : 0, 1) != 0;
     form.axes[axis].strays = source.raw(want.strays ? 1 : 0, 1) != 0;
-    if (form.axes[axis].coarse && !form.coarse) return false;
+    if (form.axes[axis].coarse && !form.coarse && !form.grid) return false;
   }
   return true;
 }
@@ -147,13 +166,19 @@ inline double stray_from(double value, std::int64_t steps, Scalar scalar) {
   return beyond ? std::numeric_limits<double>::infinity() : from_ordered(ordered, scalar);
 }
 
+/// The coarse numbers of a cell. REQUIRES: form.coarse or form.grid.
+inline Cell coarse_cell(const Lattice& lattice, std::int32_t index, std::size_t axis, const ExactnessForm& form) {
+  return form.grid ? grid_cell_of(lattice, index, axis, *form.grid, form.fine ? &*form.fine : nullptr)
+                   : cell_of(lattice, index, axis, &*form.coarse);
+}
+
 /// One coordinate that is not one that came again; not finite if the stream is damaged.
 template <typename Source>
 double code_coordinate(Source& source, const LevelState& state, const ExactnessForm& form, AxisModels& models,
                        std::uint32_t vertex, std::size_t axis) {
   const std::int32_t index = state.points[vertex][axis];
   if (form.axes[axis].coarse) {
-    const Cell cell = cell_of(state.lattice, index, axis, &*form.coarse);
+    const Cell cell = coarse_cell(state.lattice, index, axis, form);
     if (cell.count > 0 && source.bit(models.coarse, source.wanted_in(vertex, axis, cell))) {
       return cell.value(code_uniform64(source, source.wanted_number(vertex, axis, cell), cell.count));
     }

@@ -6,9 +6,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "codec/encoder/stepped_grid.h"
 #include "codec/exactness.h"
 #include "codec/lattice/cell.h"
 
@@ -124,8 +126,8 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
       }
       without += one;
       strays += stray ? 1 : 0;
-      if (!form.coarse) continue;
-      const Cell few = cell_of(lattice, index, axis, &*form.coarse);
+      if (!form.coarse && !form.grid) continue;
+      const Cell few = exactness::coarse_cell(lattice, index, axis, form);
       if (few.count > 0) asked += 1;
       if (few.count > 0 && same_bits(few.value(few.nearest(p[axis])), p[axis])) {
         coarse += 1;
@@ -137,7 +139,7 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
     }
     without += entropy(strays, total);
     with += entropy(coarse, asked) + entropy(strays_with, total - coarse);
-    result.coarse[axis] = form.coarse && with + 16 < without;
+    result.coarse[axis] = (form.coarse || form.grid) && with + 16 < without;
     bits += result.coarse[axis] ? with : without;
   }
   result.bits = bits / (3 * total);
@@ -212,6 +214,7 @@ struct Choice {
 struct Candidates {
   std::vector<Decimals> fine;
   std::vector<Multiples> coarse;
+  std::optional<SteppedGrid> grid;
 };
 
 Candidates candidates_for(std::span<const Position> sample, Scalar scalar, double extent) {
@@ -242,7 +245,34 @@ Choice cheapest_form(const Lattice& lattice, std::span<const Position> sample, c
     for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
     best = {form, measured.bits};
   }
+  if (candidates.grid) {
+    ExactnessForm form = without;
+    form.grid = candidates.grid;
+    const Measured measured = measure(lattice, sample, form);
+    for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
+    if (measured.bits < best.bits) best = {form, measured.bits};
+  }
   return best;
+}
+
+// The lattice whose points are those of a grid.
+Lattice of_grid(const TriangleMesh& mesh, const SteppedGrid& grid) {
+  Lattice lattice;
+  lattice.scalar = mesh.scalar;
+  lattice.bits = kMinLatticeBits;
+  lattice.step = grid.step;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::int64_t low = kMaxWhole;
+    std::int64_t high = -kMaxWhole;
+    for (const Position& p : mesh.positions) {
+      const std::int64_t n = whole_below((p[axis] - grid.origin[axis]) / grid.step + 0.5);
+      low = std::min(low, n);
+      high = std::max(high, n);
+    }
+    lattice.min[axis] = grid.origin[axis] + static_cast<double>(low) * grid.step;
+    while (lattice.bits <= kMaxLatticeBits && high - low > lattice.max_index()) ++lattice.bits;
+  }
+  return lattice;
 }
 
 bool holds_all(const Lattice& lattice, const TriangleMesh& mesh) {
@@ -255,61 +285,77 @@ bool holds_all(const Lattice& lattice, const TriangleMesh& mesh) {
   return true;
 }
 
-}  // namespace
-
-Lattice choose_lattice(const TriangleMesh& mesh, const Lattice& plain) {
-  if (mesh.positions.empty() || plain.step == 0) return plain;
-  const std::vector<Position> sample = sample_of(mesh);
-  const Candidates candidates = candidates_for(sample, mesh.scalar, extent_of(plain));
-  Lattice best = plain;
-  // A bit more of lattice costs a bit more of geometry.
-  auto depth = [&](const Unit& unit) { return std::log2(extent_of(plain) / multiple_of(unit, 1)); };
-  double best_bits = plain.bits + cheapest_form(plain, sample, candidates).bits;
-  for (const Multiples& multiples : candidates.coarse) {
-    if (multiples.share < kWorthLattice || depth(multiples.unit) > kMostBits) continue;
-    std::optional<Lattice> lattice = Lattice::of_multiples(mesh, multiples.unit);
-    if (!lattice || lattice->bits > kMostBits) continue;
-    lattice->exact = multiples.share == 1 && holds_all(*lattice, mesh);
-    if (!lattice->exact && lattice->bits < kLeastBits) continue;
-    const double below = lattice->exact ? 0 : cheapest_form(*lattice, sample, candidates).bits;
-    const double bits = depth(multiples.unit) + below;
-    if (bits < best_bits) {
-      best = *lattice;
-      best_bits = bits;
-    }
-  }
-  return best;
-}
-
-ExactnessForm choose_form(const TriangleMesh& mesh, const Lattice& lattice, std::span<const LatticePoint> points) {
-  if (mesh.positions.empty() || lattice.exact) return {};
-  const std::vector<Position> sample = sample_of(mesh);
-  const Candidates candidates = candidates_for(sample, mesh.scalar, extent_of(lattice));
-  ExactnessForm form = cheapest_form(lattice, sample, candidates).form;
-  // All coordinates, in the order of the file for want of the decoder's: who strays, and whether repeats pay.
+// All coordinates, in the order of the file for want of the decoder's: who strays, and whether repeats pay.
+void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm& form) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Repeats repeats(mesh.positions.size(), lattice);
     std::array<std::array<double, 2>, Repeats::kScores> counts{};
     double saved = 0;
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-      const double wanted = mesh.positions[v][axis];
-      const std::int32_t index = points[v][axis];
-      const Cell cell = cell_of(lattice, index, axis, form.fine ? &*form.fine : nullptr);
-      const double value = cell.count > 0 ? cell.value(cell.nearest(wanted)) : lattice.position(points[v])[axis];
-      const bool strays = !same_bits(value, wanted);
-      form.axes[axis].strays = form.axes[axis].strays || strays;
+    for (const Position& p : mesh.positions) {
+      const double wanted = p[axis];
+      const std::int32_t index = lattice.snap(wanted, static_cast<int>(axis));
+      double cost = 0;
+      if (form.axes[axis].coarse) {
+        const Cell few = exactness::coarse_cell(lattice, index, axis, form);
+        if (few.count > 0 && same_bits(few.value(few.nearest(wanted)), wanted)) {
+          cost = 0.5 + std::log2(static_cast<double>(few.count));
+        }
+      }
+      if (cost == 0) {
+        const Cell cell = cell_of(lattice, index, axis, form.fine ? &*form.fine : nullptr);
+        const double value =
+            cell.count > 0 ? cell.value(cell.nearest(wanted)) : lattice.position(lattice.snap(p))[axis];
+        const bool strays = !same_bits(value, wanted);
+        form.axes[axis].strays = form.axes[axis].strays || strays;
+        cost = (cell.count > 0 ? std::log2(static_cast<double>(cell.count)) : 0) + (strays ? 4 : 0);
+      }
       const Repeats::Entry& entry = repeats.at(index);
       if (entry.index == index) {
         const bool again = same_bits(entry.value, wanted);
         counts[entry.score][again ? 1 : 0] += 1;
-        if (again) saved += (cell.count > 0 ? std::log2(static_cast<double>(cell.count)) : 0) + (strays ? 4 : 0);
+        saved += again ? cost : 0;
       }
       repeats.learn(index, wanted);
     }
     for (const auto& [other, again] : counts) saved -= entropy(again, again + other);
     form.axes[axis].repeats = saved > 64;
   }
-  return form;
+}
+
+}  // namespace
+
+LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain) {
+  LosslessPlan best{plain, {}};
+  if (mesh.positions.empty()) return best;
+  const std::vector<Position> sample = sample_of(mesh);
+  const double extent = extent_of(plain);
+  Candidates candidates = candidates_for(sample, mesh.scalar, extent);
+  const Choice without_grid = cheapest_form(plain, sample, candidates);
+  candidates.grid = find_stepped_grid(mesh, without_grid.form.fine ? &*without_grid.form.fine : nullptr);
+
+  // A bit more of lattice costs a bit more of geometry.
+  double best_bits = std::numeric_limits<double>::infinity();
+  auto consider = [&](const Lattice& lattice) {
+    const Choice choice = lattice.exact ? Choice() : cheapest_form(lattice, sample, candidates);
+    const double bits = choice.bits + (lattice.step > 0 ? std::log2(extent / lattice.step) : 0);
+    if (bits >= best_bits) return;
+    best = {lattice, choice.form};
+    best_bits = bits;
+  };
+  consider(plain);
+  for (const Multiples& multiples : candidates.coarse) {
+    if (multiples.share < kWorthLattice || multiple_of(multiples.unit, 1) * (1 << kMostBits) < extent) continue;
+    std::optional<Lattice> lattice = Lattice::of_multiples(mesh, multiples.unit);
+    if (!lattice || lattice->bits > kMostBits) continue;
+    lattice->exact = multiples.share == 1 && holds_all(*lattice, mesh);
+    if (lattice->exact || lattice->bits >= kLeastBits) consider(*lattice);
+  }
+  if (candidates.grid) {
+    const Lattice lattice = of_grid(mesh, *candidates.grid);
+    if (lattice.valid() && lattice.bits >= kLeastBits && lattice.bits <= kMostBits) consider(lattice);
+  }
+  if (!best.lattice.exact) look_at_all(mesh, best.lattice, best.form);
+  return best;
 }
 
 }  // namespace pmcd::codec

@@ -3,20 +3,20 @@
 // least. It estimates on a sample what the shared code (codec/exactness.h) would spend; it codes nothing.
 #pragma once
 
-#include <span>
-
 #include "codec/lattice/exactness_form.h"
 #include "codec/lattice/lattice.h"
 #include "codec/mesh/triangle_mesh.h"
 
 namespace pmcd::codec {
 
-/// The lattice under a lossless mesh: that of the multiples of a unit, if all coordinates, or enough of them, are some;
-/// else `plain`. REQUIRES: plain is Lattice::over the mesh. [linear in the vertices, for those units that pass a
-/// sample]
-Lattice choose_lattice(const TriangleMesh& mesh, const Lattice& plain);
+struct LosslessPlan {
+  Lattice lattice;
+  ExactnessForm form;  ///< means nothing if the lattice is exact
+};
 
-/// The form of the exactness section over a lattice. `points`: lattice.snap of each position. [linear]
-ExactnessForm choose_form(const TriangleMesh& mesh, const Lattice& lattice, std::span<const LatticePoint> points);
+/// The lattice under a lossless mesh and the form of its exactness section. The lattice is `plain`, or the multiples of
+/// a unit, if all coordinates or enough of them are some, or a grid of another step, if enough lie on one. REQUIRES:
+/// plain is Lattice::over the mesh. [some 20 ms, then n log n]
+LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain);
 
 }  // namespace pmcd::codec

@@ -21,7 +21,27 @@ std::int64_t first_float(double edge, Scalar scalar) {
 
 }  // namespace
 
+bool valid(const SteppedGrid& grid) {
+  for (double value : grid.origin) {
+    if (!std::isfinite(value)) return false;
+  }
+  return std::isfinite(grid.step) && grid.step > 0;
+}
+
+double Cell::on_grid(std::int64_t n) const {
+  const double point = grid->origin[axis] + static_cast<double>(n) * grid->step;
+  if (decimals == nullptr) return round_to(scalar, point);
+  const std::int64_t above = first_from(*decimals, point);
+  const double high = value_of(*decimals, above);
+  const double low = value_of(*decimals, above - 1);
+  return round_to(scalar, point - low < high - point ? low : high);
+}
+
 std::uint64_t Cell::nearest(double coordinate) const {
+  if (grid != nullptr) {
+    const std::int64_t n = whole_below((coordinate - grid->origin[axis]) / grid->step + 0.5);
+    return n <= first ? 0 : std::min(static_cast<std::uint64_t>(n - first), count - 1);
+  }
   if (decimals == nullptr) {
     const std::int64_t ordered = to_ordered(coordinate, scalar);
     if (ordered <= first) return 0;
@@ -43,10 +63,25 @@ std::uint64_t Cell::nearest(double coordinate) const {
 Cell cell_of(const Lattice& lattice, std::int32_t index, std::size_t axis, const Decimals* decimals) {
   const double lower = lattice.edge(index, axis);
   const double upper = lattice.edge(index + 1, axis);
-  Cell cell{decimals, lattice.scalar, 0, 0};
+  Cell cell;
+  cell.decimals = decimals;
+  cell.scalar = lattice.scalar;
   cell.first = decimals != nullptr ? first_from(*decimals, lower) : first_float(lower, lattice.scalar);
   const std::int64_t end = decimals != nullptr ? first_from(*decimals, upper) : first_float(upper, lattice.scalar);
   if (end > cell.first) cell.count = static_cast<std::uint64_t>(end) - static_cast<std::uint64_t>(cell.first);
+  return cell;
+}
+
+Cell grid_cell_of(const Lattice& lattice, std::int32_t index, std::size_t axis, const SteppedGrid& grid,
+                  const Decimals* decimals) {
+  Cell cell;
+  cell.decimals = decimals;
+  cell.scalar = lattice.scalar;
+  cell.grid = &grid;
+  cell.axis = axis;
+  cell.first = whole_above((lattice.edge(index, axis) - grid.origin[axis]) / grid.step);
+  const std::int64_t end = whole_above((lattice.edge(index + 1, axis) - grid.origin[axis]) / grid.step);
+  if (end > cell.first) cell.count = static_cast<std::uint64_t>(end - cell.first);
   return cell;
 }
 

@@ -12,6 +12,11 @@ constexpr std::uint8_t kLosslessFlag = 1;
 constexpr std::uint8_t kFloat64Flag = 2;
 constexpr std::uint8_t kMultiplesFlag = 4;
 constexpr std::uint8_t kExactFlag = 8;
+constexpr std::uint8_t kWideOriginFlag = 16;
+
+bool holds_float32(double value) {
+  return static_cast<double>(static_cast<float>(value)) == value;
+}
 
 std::int64_t read_whole(ByteReader& reader) {
   std::uint64_t value = 0;
@@ -49,7 +54,7 @@ Result<BaseHeader> parse_base_header(std::span<const std::byte> payload) {
   ByteReader reader(payload);
   header.lattice.bits = reader.read<std::uint8_t>();
   const auto flags = reader.read<std::uint8_t>();
-  if ((flags & ~(kLosslessFlag | kFloat64Flag | kMultiplesFlag | kExactFlag)) != 0) {
+  if ((flags & ~(kLosslessFlag | kFloat64Flag | kMultiplesFlag | kExactFlag | kWideOriginFlag)) != 0) {
     return Error{ErrorCode::unsupported_feature, 1, "unknown flags in the base packet"};
   }
   header.lossless = (flags & kLosslessFlag) != 0;
@@ -58,9 +63,9 @@ Result<BaseHeader> parse_base_header(std::span<const std::byte> payload) {
   if ((flags & kMultiplesFlag) != 0) {
     read_multiples(reader, header.lattice);
   } else {
+    const bool wide = header.lattice.scalar == Scalar::float64 || (flags & kWideOriginFlag) != 0;
     for (double& value : header.lattice.min) {
-      value = header.lattice.scalar == Scalar::float64 ? reader.read_double()
-                                                       : std::bit_cast<float>(reader.read<std::uint32_t>());
+      value = wide ? reader.read_double() : std::bit_cast<float>(reader.read<std::uint32_t>());
     }
     header.lattice.step = reader.read_double();
   }
@@ -73,10 +78,14 @@ Result<BaseHeader> parse_base_header(std::span<const std::byte> payload) {
 
 void append_base_header(std::vector<std::byte>& payload, const Lattice& lattice, bool lossless) {
   ByteWriter writer(payload);
-  const bool wide = lattice.scalar == Scalar::float64;
+  const bool is_double = lattice.scalar == Scalar::float64;
+  const bool all_fit = holds_float32(lattice.min[0]) && holds_float32(lattice.min[1]) && holds_float32(lattice.min[2]);
+  const bool wide_origin = !is_double && !lattice.unit && !all_fit;
+  const bool wide = is_double || wide_origin;
   writer.write(static_cast<std::uint8_t>(lattice.bits));
-  writer.write(static_cast<std::uint8_t>((lossless ? kLosslessFlag : 0) | (wide ? kFloat64Flag : 0) |
-                                         (lattice.unit ? kMultiplesFlag : 0) | (lattice.exact ? kExactFlag : 0)));
+  writer.write(static_cast<std::uint8_t>((lossless ? kLosslessFlag : 0) | (is_double ? kFloat64Flag : 0) |
+                                         (lattice.unit ? kMultiplesFlag : 0) | (lattice.exact ? kExactFlag : 0) |
+                                         (wide_origin ? kWideOriginFlag : 0)));
   if (lattice.unit) {
     writer.write(lattice.unit->multiple);
     writer.write(static_cast<std::uint16_t>(lattice.unit->exponent));
