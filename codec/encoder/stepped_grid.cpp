@@ -35,8 +35,9 @@ double blur_of(double value, const Decimals* fine, Scalar scalar) {
     const std::int64_t number = first_from(*fine, value);
     return (value_of(*fine, number + 1) - value_of(*fine, number - 1)) / 4;
   }
+  // Floats were computed rather than rounded once; and a double's own roundings come on top.
   const std::int64_t ordered = to_ordered(std::abs(value), scalar);
-  return (from_ordered(ordered + 1, scalar) - from_ordered(ordered, scalar)) / 2;
+  return (from_ordered(ordered + 1, scalar) - from_ordered(ordered, scalar)) * 2;
 }
 
 std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, const Decimals* fine) {
@@ -52,7 +53,8 @@ std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, 
     std::sort(all.begin(), all.end());
   }
   std::vector<Value> values;
-  for (double value : all) values.push_back({value, blur_of(value, fine, mesh.scalar)});
+  const double least = all.empty() ? 0 : std::max(std::abs(all.front()), std::abs(all.back())) * 0x1p-51;
+  for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar))});
   return values;
 }
 

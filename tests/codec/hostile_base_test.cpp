@@ -3,6 +3,8 @@
 // and in a time that the packet's claims justify.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -151,7 +153,8 @@ struct LiedDecimals {
 };
 
 void write_form(LyingSource& source, const std::optional<LiedDecimals>& fine, const std::optional<LiedDecimals>& coarse,
-                std::uint32_t repeats, std::uint32_t with_coarse, std::uint32_t strays) {
+                std::uint32_t repeats, std::uint32_t with_coarse, std::uint32_t strays,
+                const std::optional<SteppedGrid>& grid = {}) {
   source.raw(1, 1);
   for (const auto& decimals : {fine, coarse}) {
     source.raw(decimals ? 1 : 0, 1);
@@ -159,6 +162,14 @@ void write_form(LyingSource& source, const std::optional<LiedDecimals>& fine, co
     source.raw(decimals->multiple, 3);
     source.raw(static_cast<std::uint16_t>(decimals->exponent), 16);
     source.raw(decimals->digits, 4);
+  }
+  if (!coarse) source.raw(grid ? 1 : 0, 1);
+  if (grid) {
+    for (double value : {grid->step, grid->origin[0], grid->origin[1], grid->origin[2]}) {
+      const auto bits = std::bit_cast<std::uint64_t>(value);
+      source.raw(static_cast<std::uint32_t>(bits >> 32), 32);
+      source.raw(static_cast<std::uint32_t>(bits & 0xFFFFFFFFu), 32);
+    }
   }
   for (int axis = 0; axis < 3; ++axis) {
     source.raw(repeats, 1);
@@ -211,6 +222,23 @@ TEST(HostileTail, AbsurdDecimalsAreCorrupt) {
   EXPECT_EQ(with(LiedDecimals{2, 0, 4}, {}, 0), ErrorCode::corrupt_data);
   EXPECT_EQ(with({}, LiedDecimals{1, 1000, 0}, 0), ErrorCode::corrupt_data);
   EXPECT_EQ(with({}, {}, 1), ErrorCode::corrupt_data);  // coarse ones that are nowhere told
+}
+
+TEST(HostileTail, AbsurdGridsAreCorrupt) {
+  const Lattice lattice = denormal_lattice();
+  auto with = [&](double step, double origin, std::uint32_t with_coarse) {
+    return refusal(one_isolated_vertex(lattice, true, kOrigin, [&](LyingSource& source) {
+      write_form(source, LiedDecimals{1, 0, 0}, {}, 0, with_coarse, 0, SteppedGrid{step, {0, origin, 0}});
+      std::array<AdaptiveBit, 3> coarse;
+      for (AdaptiveBit& bit : coarse) source.bit(bit, true);
+    }));
+  };
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(with(1, 0, 1), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(1e308, 0, 1), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(std::numeric_limits<double>::denorm_min(), 0, 1), ErrorCode::corrupt_data);  // numbers were to follow
+  for (double step : {0.0, -1.0, inf, std::nan("")}) EXPECT_EQ(with(step, 0, 1), ErrorCode::corrupt_data) << step;
+  for (double origin : {-inf, inf, std::nan("")}) EXPECT_EQ(with(1, origin, 0), ErrorCode::corrupt_data) << origin;
 }
 
 TEST(HostileTail, StraysBeyondTheFloatsAreCorrupt) {

@@ -201,13 +201,26 @@ TEST(BaseHeaderTest, BothScalarsComeBackWithTheirBits) {
         ASSERT_FALSE(parse_base_header(coded.first(length)).ok()) << length;
       }
       Bytes flags = payload;
-      flags[3] |= std::byte{16};
+      flags[3] |= std::byte{32};
       expect_error(parse_base_header(std::span<const std::byte>(flags).subspan(2)), ErrorCode::unsupported_feature, 1);
       Bytes bits = payload;
       bits[2] = std::byte{25};
       expect_error(parse_base_header(std::span<const std::byte>(bits).subspan(2)), ErrorCode::corrupt_data, 0);
     }
   }
+}
+
+TEST(BaseHeaderTest, OriginsThatNoFloatHoldsAreWide) {
+  Lattice lattice;
+  lattice.min = {0.1, 1, 2};
+  lattice.step = 0.1;
+  Bytes payload;
+  append_base_header(payload, lattice, true);
+  EXPECT_EQ(payload.size(), 34u);
+  const Result<BaseHeader> header = parse_base_header(payload);
+  ASSERT_TRUE(header.ok());
+  EXPECT_EQ(header->lattice.scalar, Scalar::float32);
+  EXPECT_EQ(header->lattice.min, lattice.min);
 }
 
 TEST(BaseHeaderTest, LatticesOfMultiplesComeBack) {
