@@ -18,7 +18,7 @@ namespace pmcd::codec {
 namespace {
 
 // Vertices of the sample on which forms are compared. What they miss costs bits, never exactness.
-constexpr std::size_t kSample = 2048;
+constexpr std::size_t kSample = 1536;
 // The lattice of a unit has no more bits: finer than that costs the same in the end, but all levels before it more. And
 // no fewer under an exactness section, for the sake of the levels.
 constexpr unsigned kMostBits = 16;
@@ -42,9 +42,16 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
+// The binary logarithm within 0.01, for estimates that are the same on every machine. REQUIRES: x a normal number > 0.
+double binary_log(double x) {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  const double above = static_cast<double>(bits & 0xFFFFFFFFFFFFF) * 0x1p-52;
+  return static_cast<double>(bits >> 52) - 1023 + above + 0.3437 * above * (1 - above);
+}
+
 double entropy(double part, double whole) {
   if (part <= 0 || part >= whole) return 0;
-  return part * std::log2(whole / part) + (whole - part) * std::log2(whole / (whole - part));
+  return part * binary_log(whole / part) + (whole - part) * binary_log(whole / (whole - part));
 }
 
 std::int64_t nearest_whole(const Unit& unit, double value) {
@@ -111,7 +118,7 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
       bool stray = cell.count == 0;
       double value = 0;
       if (cell.count > 0) {
-        one = std::log2(static_cast<double>(cell.count));
+        one = binary_log(static_cast<double>(cell.count));
         value = cell.value(cell.nearest(p[axis]));
       } else {
         value = lattice.position(lattice.snap(p))[axis];
@@ -120,7 +127,7 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
         stray = true;
         const double off = static_cast<double>(to_ordered(value, lattice.scalar)) -
                            static_cast<double>(to_ordered(p[axis], lattice.scalar));
-        one += 1 + 1.8 * std::log2(std::abs(off) + 1);
+        one += 1 + 1.8 * binary_log(std::abs(off) + 1);
       } else {
         stray = false;
       }
@@ -131,7 +138,7 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
       if (few.count > 0) asked += 1;
       if (few.count > 0 && same_bits(few.value(few.nearest(p[axis])), p[axis])) {
         coarse += 1;
-        with += std::log2(static_cast<double>(few.count));
+        with += binary_log(static_cast<double>(few.count));
       } else {
         with += one;
         strays_with += stray ? 1 : 0;
@@ -214,7 +221,7 @@ struct Choice {
 struct Candidates {
   std::vector<Decimals> fine;
   std::vector<Multiples> coarse;
-  std::optional<SteppedGrid> grid;
+  std::vector<SteppedGrid> grids;
 };
 
 Candidates candidates_for(std::span<const Position> sample, Scalar scalar, double extent) {
@@ -245,9 +252,9 @@ Choice cheapest_form(const Lattice& lattice, std::span<const Position> sample, c
     for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
     best = {form, measured.bits};
   }
-  if (candidates.grid) {
+  for (const SteppedGrid& grid : candidates.grids) {
     ExactnessForm form = without;
-    form.grid = candidates.grid;
+    form.grid = grid;
     const Measured measured = measure(lattice, sample, form);
     for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
     if (measured.bits < best.bits) best = {form, measured.bits};
@@ -298,7 +305,7 @@ void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm
       if (form.axes[axis].coarse) {
         const Cell few = exactness::coarse_cell(lattice, index, axis, form);
         if (few.count > 0 && same_bits(few.value(few.nearest(wanted)), wanted)) {
-          cost = 0.5 + std::log2(static_cast<double>(few.count));
+          cost = 0.5 + binary_log(static_cast<double>(few.count));
         }
       }
       if (cost == 0) {
@@ -307,7 +314,7 @@ void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm
             cell.count > 0 ? cell.value(cell.nearest(wanted)) : lattice.position(lattice.snap(p))[axis];
         const bool strays = !same_bits(value, wanted);
         form.axes[axis].strays = form.axes[axis].strays || strays;
-        cost = (cell.count > 0 ? std::log2(static_cast<double>(cell.count)) : 0) + (strays ? 4 : 0);
+        cost = (cell.count > 0 ? binary_log(static_cast<double>(cell.count)) : 0) + (strays ? 4 : 0);
       }
       const Repeats::Entry& entry = repeats.at(index);
       if (entry.index == index) {
@@ -331,13 +338,21 @@ LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain) {
   const double extent = extent_of(plain);
   Candidates candidates = candidates_for(sample, mesh.scalar, extent);
   const Choice without_grid = cheapest_form(plain, sample, candidates);
-  candidates.grid = find_stepped_grid(mesh, without_grid.form.fine ? &*without_grid.form.fine : nullptr);
+  std::optional<Decimals> rounded_to = without_grid.form.fine;
+  // The sample may have missed the smallest coordinates, which tell most of a step.
+  if (rounded_to && rounded_to->digits > 0) {
+    rounded_to->unit.exponent = static_cast<std::int16_t>(std::max(rounded_to->unit.exponent - 4, -kMaxPowerOfTen));
+  }
+  for (double blur : {0.0, 2e-8, 2e-7}) {
+    const std::optional<SteppedGrid> grid = find_stepped_grid(mesh, rounded_to ? &*rounded_to : nullptr, blur * extent);
+    if (grid) candidates.grids.push_back(*grid);
+  }
 
   // A bit more of lattice costs a bit more of geometry.
   double best_bits = std::numeric_limits<double>::infinity();
   auto consider = [&](const Lattice& lattice) {
     const Choice choice = lattice.exact ? Choice() : cheapest_form(lattice, sample, candidates);
-    const double bits = choice.bits + (lattice.step > 0 ? std::log2(extent / lattice.step) : 0);
+    const double bits = choice.bits + (lattice.step > 0 ? binary_log(extent / lattice.step) : 0);
     if (bits >= best_bits) return;
     best = {lattice, choice.form};
     best_bits = bits;
@@ -350,8 +365,8 @@ LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain) {
     lattice->exact = multiples.share == 1 && holds_all(*lattice, mesh);
     if (lattice->exact || lattice->bits >= kLeastBits) consider(*lattice);
   }
-  if (candidates.grid) {
-    const Lattice lattice = of_grid(mesh, *candidates.grid);
+  for (const SteppedGrid& grid : candidates.grids) {
+    const Lattice lattice = of_grid(mesh, grid);
     if (lattice.valid() && lattice.bits >= kLeastBits && lattice.bits <= kMostBits) consider(lattice);
   }
   if (!best.lattice.exact) look_at_all(mesh, best.lattice, best.form);

@@ -40,7 +40,7 @@ double blur_of(double value, const Decimals* fine, Scalar scalar) {
   return (from_ordered(ordered + 1, scalar) - from_ordered(ordered, scalar)) * 2;
 }
 
-std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, const Decimals* fine) {
+std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, const Decimals* fine, double blur) {
   std::vector<double> all;
   all.reserve(mesh.positions.size());
   for (const Position& p : mesh.positions) all.push_back(p[axis]);
@@ -54,7 +54,7 @@ std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, 
   }
   std::vector<Value> values;
   const double least = all.empty() ? 0 : std::max(std::abs(all.front()), std::abs(all.back())) * 0x1p-51;
-  for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar))});
+  for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar)) + blur});
   return values;
 }
 
@@ -69,7 +69,7 @@ double refine(std::span<const Gap> gaps, const Gap& guess, double& step) {
     std::size_t hits = 0;
     std::size_t tried = 0;
     for (const Gap& gap : gaps) {
-      const double n = std::floor(gap.size / step + 0.5);
+      const auto n = static_cast<double>(whole_below(gap.size / step + 0.5));
       const double slack = gap.blur + n * 2 / std::sqrt(down);
       if (slack > step / 5) continue;
       ++tried;
@@ -91,12 +91,12 @@ double refine(std::span<const Gap> gaps, const Gap& guess, double& step) {
 
 }  // namespace
 
-std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Decimals* fine) {
+std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Decimals* fine, double blur) {
   std::array<std::vector<Value>, 3> values;
   std::vector<Gap> gaps;
   double extent = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    values[axis] = different_values(mesh, axis, fine);
+    values[axis] = different_values(mesh, axis, fine, blur);
     for (std::size_t i = 1; i < values[axis].size(); ++i) {
       const Value& a = values[axis][i - 1];
       const Value& b = values[axis][i];
@@ -151,7 +151,7 @@ std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Dec
   std::array<double, 3> offset{};
   std::size_t used = 0;
   for (const Point& p : points) {
-    const double k = std::floor((p.distance - offset[p.axis]) / grid.step + 0.5);
+    const auto k = static_cast<double>(whole_below((p.distance - offset[p.axis]) / grid.step + 0.5));
     const double off = p.distance - offset[p.axis] - k * grid.step;
     if (std::abs(off) > grid.step * 0.3) continue;
     Sums& s = sums[p.axis];

@@ -11,7 +11,7 @@
 namespace pmcd::codec {
 
 /// The grid that fits best, with some coordinate near its origin, or nothing. `fine`: what the coordinates were rounded
-/// to (null: floats). [n log n]
-std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Decimals* fine);
+/// to (null: floats). `blur`: they may have been moved by as much before. [n log n]
+std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Decimals* fine, double blur = 0);
 
 }  // namespace pmcd::codec
