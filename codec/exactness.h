@@ -80,7 +80,7 @@ class Repeats {
   };
 
   Repeats(std::size_t vertices, const Lattice& lattice)
-      : entries_(std::bit_ceil(std::min<std::size_t>(std::max<std::size_t>(vertices, 1), lattice.max_index()))) {}
+      : entries_(std::bit_ceil(std::clamp<std::size_t>(vertices, 1, static_cast<std::size_t>(lattice.max_index())))) {}
 
   [[nodiscard]] const Entry& at(std::int32_t index) const { return entries_[slot(index)]; }
   void learn(std::int32_t index, double value) {
