@@ -157,6 +157,7 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
 int decade_of(double magnitude) {
   int e = 0;
   while (e < kMaxPowerOfTen && magnitude >= power_of_ten(e + 1)) ++e;
+  if (e > 0) return e;
   while (e > -kMaxPowerOfTen && magnitude * power_of_ten(-e) < 1) --e;
   return e;
 }
