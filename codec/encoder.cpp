@@ -8,10 +8,12 @@
 
 #include "codec/base/base_mesh.h"
 #include "codec/encoder/decimation.h"
+#include "codec/encoder/exactness_search.h"
 #include "codec/encoder/grouping.h"
 #include "codec/encoder/plan_writer.h"
 #include "codec/encoder/precision.h"
 #include "codec/encoder/proof.h"
+#include "codec/exactness.h"
 #include "codec/level_state.h"
 #include "codec/packet/base_header.h"
 #include "codec/packet/hash.h"
@@ -79,18 +81,6 @@ std::vector<std::uint32_t> sort_isolated(const HalfEdgeMesh& mesh, std::span<con
   return isolated;
 }
 
-void bounding_box(const TriangleMesh& mesh, Position& low, Position& high) {
-  if (mesh.positions.empty()) return;
-  low = high = mesh.positions[0];
-  for (const Position& p : mesh.positions) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Ties matter: -0.0 lies below +0.0 here, for the box bounds bit patterns.
-      if (p[axis] < low[axis] || (p[axis] == low[axis] && std::signbit(p[axis]))) low[axis] = p[axis];
-      if (p[axis] > high[axis] || (p[axis] == high[axis] && !std::signbit(p[axis]))) high[axis] = p[axis];
-    }
-  }
-}
-
 struct Writing {
   EncodingPlan plan;
   LevelState state;
@@ -153,7 +143,6 @@ Status make_plan(const TriangleMesh& mesh, const Lattice& lattice, EncodingPlan&
   plan.base = std::move(built).value();
   plan.seeds = choose_seeds(plan.base);
   plan.isolated = sort_isolated(plan.base, plan.points);
-  bounding_box(mesh, plan.box_min, plan.box_max);
   report.components = static_cast<std::uint32_t>(plan.seeds.size());
   report.isolated_vertices = static_cast<std::uint32_t>(plan.isolated.size());
   for (std::uint32_t h = 0; h < 3 * plan.base.face_count(); ++h) {
@@ -192,6 +181,11 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   Result<Lattice> lattice = Lattice::over(mesh, options.bits.value_or(kLosslessBits));
   if (!lattice) return lattice.error();
   Writing w;
+  if (lossless) {
+    LosslessPlan plan = plan_lossless(mesh, *lattice);
+    *lattice = plan.lattice;
+    w.plan.form = plan.form;
+  }
   Encoded result;
   Status planned = make_plan(mesh, *lattice, w.plan, result.report);
   if (!planned) return planned.error();
@@ -217,7 +211,7 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
 
   // Exactness is a packet of its own, unless only one may follow the base.
   std::optional<unsigned> most = options.max_packets_after_base;
-  const bool exact = lossless && total > 0;
+  const bool exact = lossless && !lattice->exact && total > 0;
   const bool exact_apart = exact && (passes.empty() || !most || *most > 1);
   if (most && exact_apart && *most > 1) --*most;
   const std::vector<std::uint32_t> groups = plan_packets(passes, in_faces, options, most);
