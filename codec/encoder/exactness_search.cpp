@@ -27,6 +27,9 @@ constexpr unsigned kLeastBits = 11;
 constexpr double kWorthLattice = 0.5;
 constexpr double kWorthDigits = 0.3;
 constexpr double kWorthCoarse = 0.1;
+// What a lattice that is not exact must save, in bits a coordinate: a section has a form, a packet and a pass of its
+// own.
+constexpr double kWorthSection = 0.01;
 // How many units the largest extent may have.
 constexpr double kFewestSteps = 16;
 constexpr double kMostSteps = 1 << 25;
@@ -353,7 +356,8 @@ LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain) {
   double best_bits = std::numeric_limits<double>::infinity();
   auto consider = [&](const Lattice& lattice) {
     const Choice choice = lattice.exact ? Choice() : cheapest_form(lattice, sample, candidates);
-    const double bits = choice.bits + (lattice.step > 0 ? binary_log(extent / lattice.step) : 0);
+    const double section = lattice.exact ? 0 : kWorthSection;
+    const double bits = choice.bits + section + (lattice.step > 0 ? binary_log(extent / lattice.step) : 0);
     if (bits >= best_bits) return;
     best = {lattice, choice.form};
     best_bits = bits;
