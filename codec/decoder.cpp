@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "codec/base/base_mesh.h"
+#include "codec/exactness.h"
 #include "codec/level_state.h"
 #include "codec/packet/base_header.h"
 #include "codec/packet/header.h"
@@ -48,7 +49,8 @@ Status decode_payload(LevelState& state, const PacketHeader& header, std::span<c
   if (status) status = code_isolated(state, bounds.vertices, reader);
   if (status) status = code_exactness(state, reader);
   if (!status) return status;
-  if (state.exact.empty() != (!state.lossless || !header.last || header.vertices == 0)) {
+  const bool lifted = state.lossless && !state.lattice.exact && header.last && header.vertices > 0;
+  if (state.exact.empty() == lifted) {
     return Error{ErrorCode::corrupt_data, kHeaderFlagsOffset,
                  "exactness belongs into the last packet of a lossless mesh, and only there"};
   }

@@ -8,10 +8,13 @@
 
 #include "codec/base/base_mesh.h"
 #include "codec/encoder/decimation.h"
+#include "codec/encoder/exactness_search.h"
 #include "codec/encoder/grouping.h"
 #include "codec/encoder/plan_writer.h"
 #include "codec/encoder/precision.h"
 #include "codec/encoder/proof.h"
+#include "codec/exactness.h"
+#include "codec/geometry/coordinate_model.h"
 #include "codec/level_state.h"
 #include "codec/packet/base_header.h"
 #include "codec/packet/hash.h"
@@ -79,18 +82,6 @@ std::vector<std::uint32_t> sort_isolated(const HalfEdgeMesh& mesh, std::span<con
   return isolated;
 }
 
-void bounding_box(const TriangleMesh& mesh, Position& low, Position& high) {
-  if (mesh.positions.empty()) return;
-  low = high = mesh.positions[0];
-  for (const Position& p : mesh.positions) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Ties matter: -0.0 lies below +0.0 here, for the box bounds bit patterns.
-      if (p[axis] < low[axis] || (p[axis] == low[axis] && std::signbit(p[axis]))) low[axis] = p[axis];
-      if (p[axis] > high[axis] || (p[axis] == high[axis] && !std::signbit(p[axis]))) high[axis] = p[axis];
-    }
-  }
-}
-
 struct Writing {
   EncodingPlan plan;
   LevelState state;
@@ -153,7 +144,6 @@ Status make_plan(const TriangleMesh& mesh, const Lattice& lattice, EncodingPlan&
   plan.base = std::move(built).value();
   plan.seeds = choose_seeds(plan.base);
   plan.isolated = sort_isolated(plan.base, plan.points);
-  bounding_box(mesh, plan.box_min, plan.box_max);
   report.components = static_cast<std::uint32_t>(plan.seeds.size());
   report.isolated_vertices = static_cast<std::uint32_t>(plan.isolated.size());
   for (std::uint32_t h = 0; h < 3 * plan.base.face_count(); ++h) {
@@ -181,6 +171,25 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
   return group_passes(base_vertices, vertices_after, most_packets, growth);
 }
 
+// How many digits of positions each level leaves out: none the last, never more than the level before, and no packet
+// adds more of them than it may.
+std::vector<unsigned> plan_shifts(std::span<const PassRecord> passes, std::span<const std::uint32_t> groups,
+                                  std::uint32_t vertices_in_faces, const PrecisionPlan& precision, unsigned bits) {
+  std::uint32_t vertices = vertices_in_faces;
+  std::vector<unsigned> shifts(groups.size() + 1, 0);
+  std::size_t pass = passes.size();
+  for (std::size_t level = groups.size(); level > 0; --level) {
+    for (std::uint32_t i = 0; i < groups[level - 1]; ++i) {
+      vertices -= static_cast<std::uint32_t>(passes[--pass].removed.size());
+    }
+    const unsigned most = shifts[level] + CoordinateModel::kMostDigits;
+    shifts[level - 1] = std::min(precision.shift_at(vertices, bits), most);
+  }
+  for (std::size_t level = 1; level < shifts.size(); ++level)
+    shifts[level] = std::min(shifts[level], shifts[level - 1]);
+  return shifts;
+}
+
 // The way down and up again; without `levels` the base packet is the whole mesh.
 Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress,
                           bool levels) {
@@ -192,6 +201,11 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   Result<Lattice> lattice = Lattice::over(mesh, options.bits.value_or(kLosslessBits));
   if (!lattice) return lattice.error();
   Writing w;
+  if (lossless) {
+    LosslessPlan plan = plan_lossless(mesh, *lattice);
+    *lattice = plan.lattice;
+    w.plan.form = plan.form;
+  }
   Encoded result;
   Status planned = make_plan(mesh, *lattice, w.plan, result.report);
   if (!planned) return planned.error();
@@ -217,7 +231,7 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
 
   // Exactness is a packet of its own, unless only one may follow the base.
   std::optional<unsigned> most = options.max_packets_after_base;
-  const bool exact = lossless && total > 0;
+  const bool exact = lossless && !lattice->exact && total > 0;
   const bool exact_apart = exact && (passes.empty() || !most || *most > 1);
   if (most && exact_apart && *most > 1) --*most;
   const std::vector<std::uint32_t> groups = plan_packets(passes, in_faces, options, most);
@@ -229,10 +243,8 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   const PrecisionPlan precision(mesh, w.plan.points, alignment);
   w.plan.guessing = options.effort == Effort::best ? Guessing::often : Guessing::once;
   w.plan.structured = alignment != Alignment::none;
-  std::uint32_t vertices = in_faces;
-  for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());
-  Status written = write_packet(w, {}, groups.empty() ? 0 : precision.shift_at(vertices, lattice->bits), groups.empty(),
-                                false, bounds);
+  const std::vector<unsigned> shifts = plan_shifts(passes, groups, in_faces, precision, lattice->bits);
+  Status written = write_packet(w, {}, shifts[0], groups.empty(), false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);
   w.state.points.reserve(total);
@@ -241,9 +253,7 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   for (std::size_t k = 0; k < groups.size() && written; ++k) {
     const bool last = k + 1 == groups.size();
     const std::span<PassRecord> of_packet(passes.data() + first_pass, groups[k]);
-    for (const PassRecord& pass : of_packet) vertices += static_cast<std::uint32_t>(pass.removed.size());
-    const unsigned shift = last ? 0 : std::min(w.state.shift, precision.shift_at(vertices, lattice->bits));
-    written = write_packet(w, of_packet, shift, last, last && exact && !exact_apart, bounds);
+    written = write_packet(w, of_packet, shifts[k + 1], last, last && exact && !exact_apart, bounds);
     for (PassRecord& pass : of_packet) pass = {};
     first_pass += groups[k];
     if (!go_on(kDecimated + (kWritten - kDecimated) * w.state.mesh.vertex_count() / std::max(1u, total))) {

@@ -14,6 +14,12 @@ std::uint64_t mesh_hash(const LevelState& state) {
            (state.lossless ? 1u : 0u));
   for (double value : state.lattice.min) hash.add(std::bit_cast<std::uint64_t>(value));
   hash.add(std::bit_cast<std::uint64_t>(state.lattice.step));
+  if (state.lattice.unit) {
+    hash.add((std::uint64_t{state.lattice.unit->multiple} << 32) |
+             (std::uint64_t{static_cast<std::uint16_t>(state.lattice.unit->exponent)} << 1) |
+             (state.lattice.exact ? 1u : 0u));
+    for (std::int64_t k : state.lattice.origin) hash.add(static_cast<std::uint64_t>(k));
+  }
   hash.add(state.points.size());
   hash.add(state.mesh.face_count());
   for (const LatticePoint& p : state.points) {

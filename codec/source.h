@@ -18,11 +18,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "codec/conquest/conquest.h"
 #include "codec/entropy/range_coder.h"
+#include "codec/lattice/cell.h"
+#include "codec/lattice/exactness_form.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec {
@@ -73,9 +76,20 @@ class PacketReader {
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t /*halfedge*/) const { return {}; }
   [[nodiscard]] std::uint32_t wanted_isolated() const { return 0; }
   [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t /*k*/) const { return {}; }
-  [[nodiscard]] bool wanted_exactness() const { return false; }
-  [[nodiscard]] double wanted_bound(std::size_t /*axis*/, bool /*upper*/) const { return 0; }
-  [[nodiscard]] double wanted_exact(std::uint32_t /*vertex*/, std::size_t /*axis*/) const { return 0; }
+  [[nodiscard]] std::optional<ExactnessForm> wanted_exactness() const { return std::nullopt; }
+  [[nodiscard]] bool wanted_exact(std::uint32_t /*vertex*/, std::size_t /*axis*/, double /*value*/) const {
+    return false;
+  }
+  [[nodiscard]] bool wanted_in(std::uint32_t /*vertex*/, std::size_t /*axis*/, const Cell& /*cell*/) const {
+    return false;
+  }
+  [[nodiscard]] std::uint64_t wanted_number(std::uint32_t /*vertex*/, std::size_t /*axis*/,
+                                            const Cell& /*cell*/) const {
+    return 0;
+  }
+  [[nodiscard]] std::int64_t wanted_stray(std::uint32_t /*vertex*/, std::size_t /*axis*/, double /*value*/) const {
+    return 0;
+  }
   void told_pass(std::uint32_t /*pass*/) {}
   void told_inserted(std::uint32_t /*vertex*/) {}
   void told_component(std::uint32_t /*component*/, std::uint32_t /*first_vertex*/, std::uint32_t /*face*/) {}

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -25,8 +27,7 @@ struct EncodingPlan {
   std::vector<std::uint32_t> isolated;  ///< in the order in which they are coded
   Guessing guessing = Guessing::once;
   bool structured = false;
-  Position box_min{};
-  Position box_max{};
+  ExactnessForm form;
 
   std::vector<std::uint32_t> to_original;  ///< by decoder vertex; grows as packets are written
   BitReport bits;
@@ -100,12 +101,25 @@ class PlanWriter {
     return with_isolated_ ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
   }
   [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t k) const { return plan_.points[plan_.isolated[k]]; }
-  [[nodiscard]] bool wanted_exactness() const { return with_exactness_; }
-  [[nodiscard]] double wanted_bound(std::size_t axis, bool upper) const {
-    return upper ? plan_.box_max[axis] : plan_.box_min[axis];
+  [[nodiscard]] std::optional<ExactnessForm> wanted_exactness() const {
+    return with_exactness_ ? std::optional<ExactnessForm>(plan_.form) : std::nullopt;
   }
-  [[nodiscard]] double wanted_exact(std::uint32_t vertex, std::size_t axis) const {
-    return plan_.original->positions[plan_.to_original[vertex]][axis];
+  /// Whether a coordinate is this value, bit for bit.
+  [[nodiscard]] bool wanted_exact(std::uint32_t vertex, std::size_t axis, double value) const {
+    return std::bit_cast<std::uint64_t>(original(vertex, axis)) == std::bit_cast<std::uint64_t>(value);
+  }
+  /// Whether it is one of the cell's.
+  [[nodiscard]] bool wanted_in(std::uint32_t vertex, std::size_t axis, const Cell& cell) const {
+    return wanted_exact(vertex, axis, cell.value(cell.nearest(original(vertex, axis))));
+  }
+  [[nodiscard]] std::uint64_t wanted_number(std::uint32_t vertex, std::size_t axis, const Cell& cell) const {
+    return cell.nearest(original(vertex, axis));
+  }
+  /// How many floats after `value` it comes, modulo 2^64.
+  [[nodiscard]] std::int64_t wanted_stray(std::uint32_t vertex, std::size_t axis, double value) const {
+    const Scalar scalar = plan_.original->scalar;
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(to_ordered(original(vertex, axis), scalar)) -
+                                     static_cast<std::uint64_t>(to_ordered(value, scalar)));
   }
 
   void told_pass(std::uint32_t pass) {
@@ -130,6 +144,10 @@ class PlanWriter {
     std::uint32_t number = 3 * static_cast<std::uint32_t>(base_first_.size());
     base_first_.push_back(first);
     for (int i = 0; i < 3; ++i, first = HalfEdgeMesh::next(first)) told_[first] = number++;
+  }
+
+  [[nodiscard]] double original(std::uint32_t vertex, std::size_t axis) const {
+    return plan_.original->positions[plan_.to_original[vertex]][axis];
   }
 
   EncodingPlan& plan_;

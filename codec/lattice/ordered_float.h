@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Floats as integers in the order of their values (-0.0 just below +0.0), and the run of floats that snap to one
-// lattice index. That is how a lattice position is lifted to the exact coordinate: by its number within the run.
+// Floats as integers in the order of their values, -0.0 just below +0.0.
 #pragma once
 
 #include <bit>
 #include <cstdint>
 
-#include "codec/lattice/lattice.h"
+#include "codec/mesh/triangle_mesh.h"
 
 namespace pmcd::codec {
 
@@ -29,15 +28,5 @@ inline double from_ordered(std::int64_t ordered, Scalar scalar) {
   const auto magnitude = static_cast<std::uint64_t>(ordered >= 0 ? ordered : -1 - ordered);
   return std::bit_cast<double>(ordered >= 0 ? magnitude : magnitude | 0x8000000000000000u);
 }
-
-/// The ordered integers of the coordinates along one axis that may occur at all: the bounding box, ends included.
-struct OrderedRange {
-  std::int64_t first = 0;
-  std::int64_t last = 0;
-};
-
-/// Of `bounds`, those that snap to `index` along `axis`; empty (last < first) when none does.
-/// REQUIRES: bounds.first <= bounds.last. [a few roundings; at worst logarithmic in the number of floats]
-OrderedRange floats_in_cell(const Lattice& lattice, int axis, std::int32_t index, const OrderedRange& bounds);
 
 }  // namespace pmcd::codec

@@ -16,7 +16,7 @@
 namespace pmcd::codec {
 
 /// A varint is LEB128: seven bits a byte, the lowest first, the top bit set in all bytes but the last. It has its
-/// shortest form, and at most this many bytes.
+/// shortest form, and at most this many bytes where nothing else is said.
 inline constexpr std::size_t kMostVarintBytes = 5;
 inline constexpr std::uint64_t kMostVarint = (std::uint64_t{1} << (7 * kMostVarintBytes)) - 1;
 
@@ -64,12 +64,12 @@ class ByteReader {
   /// A float32's value.
   double read_float() { return static_cast<double>(std::bit_cast<float>(read<std::uint32_t>())); }
 
-  /// The next varint; 0 and !ok() when it is cut off, has more bytes than its value needs, more than
-  /// kMostVarintBytes, or a value above `most`.
+  /// The next varint; 0 and !ok() when it is cut off, has more bytes than its value needs, or a value above `most`,
+  /// as soon as that shows. REQUIRES: most < 2^63.
   std::uint64_t read_varint(std::uint64_t most = kMostVarint) {
     const std::size_t start = position_;
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < kMostVarintBytes; ++i) {
+    for (unsigned i = 0; i < kMostVarintBytes || (most >> (7 * i)) != 0; ++i) {
       const auto byte = read<std::uint8_t>();
       if (!ok_) return 0;
       value |= std::uint64_t{byte & 0x7Fu} << (7 * i);
@@ -110,7 +110,7 @@ class ByteWriter {
   void write_double(double value) { write(std::bit_cast<std::uint64_t>(value)); }
   /// The nearest float32.
   void write_float(double value) { write(std::bit_cast<std::uint32_t>(static_cast<float>(value))); }
-  /// REQUIRES: value <= kMostVarint.
+  /// REQUIRES: value <= the most that is read.
   void write_varint(std::uint64_t value) {
     for (; value >= 0x80; value >>= 7) bytes_.push_back(static_cast<std::byte>(value | 0x80));
     bytes_.push_back(static_cast<std::byte>(value));

@@ -38,12 +38,18 @@ Box box_of(const Directory& directory) {
   return {low[0], low[1], low[2], high[0], high[1], high[2]};
 }
 
-// The box as far as the lattice knows it. Any, if the lattice is not valid.
+// The box as far as the lattice knows it: its origin, which need not be a coordinate of the mesh, rounded to one, and
+// its last point. Any, if the lattice is not valid.
 Box box_of(const Lattice& lattice) {
   if (!lattice.valid()) return {};
+  Box box{};
   const std::int32_t top = lattice.max_index();
   const Position high = lattice.position({top, top, top});
-  return {lattice.min[0], lattice.min[1], lattice.min[2], high[0], high[1], high[2]};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box[axis] = round_to(lattice.scalar, lattice.min[axis]);
+    box[3 + axis] = high[axis];
+  }
+  return box;
 }
 
 bool measured(const LevelEntry& entry) {
@@ -145,9 +151,9 @@ Result<Directory> make_directory(std::span<const std::span<const std::byte>> pac
   if (!base) return base.error();
   directory.lattice = base->lattice;
   directory.lossless = base->lossless;
-  directory.box_min = directory.lattice.min;
-  const std::int32_t top = directory.lattice.max_index();
-  directory.box_max = directory.lattice.position({top, top, top});
+  const Box box = box_of(directory.lattice);
+  directory.box_min = {box[0], box[1], box[2]};
+  directory.box_max = {box[3], box[4], box[5]};
   return directory;
 }
 

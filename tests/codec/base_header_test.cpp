@@ -102,7 +102,8 @@ TEST(BaseHeaderTest, OtherFormsAndSenselessLatticesAreRefused) {
     bytes[at] = static_cast<std::byte>(value);
     return parse_base_header(bytes);
   };
-  for (const int flag : {0x20, 0x40, 0x80}) expect_error(with(1, 9 | flag), ErrorCode::unsupported_feature, 1);
+  expect_error(with(1, 9 | 0x80), ErrorCode::unsupported_feature, 1);
+  expect_error(with(1, 9 | 0x40), ErrorCode::corrupt_data, 0);  // exact without a unit
   for (const int bits : {0, 3, 25, 99, 255}) expect_error(with(0, bits), ErrorCode::corrupt_data, 0);
   EXPECT_TRUE(with(17, 0xC0).ok());                          // -4, the origin itself: step 0
   expect_error(with(17, 0xC1), ErrorCode::corrupt_data, 0);  // -16, below the origin
@@ -128,6 +129,74 @@ TEST(BaseHeaderTest, OtherFormsAndSenselessLatticesAreRefused) {
     ByteWriter(endless).write(std::bit_cast<std::uint32_t>(bound));
     expect_error(parse_base_header(endless), ErrorCode::corrupt_data, 0);
   }
+}
+
+TEST(BaseHeaderTest, LatticesOfMultiplesComeBack) {
+  for (Scalar scalar : {Scalar::float32, Scalar::float64}) {
+    for (const Unit& unit : {Unit{1, 0}, Unit{2, 22}, Unit{5, -22}, Unit{1, -7}, Unit{0, -40}, Unit{0, 50}}) {
+      for (const bool exact : {false, true}) {
+        Lattice lattice;
+        lattice.scalar = scalar;
+        lattice.bits = 24;
+        lattice.exact = exact;
+        lattice.set_unit(unit, {-7, 300, 0});
+        const Bytes coded = expect_base_header_kept(lattice, true);
+        EXPECT_EQ(coded.size(), 8u);
+        EXPECT_EQ(static_cast<int>(coded[1]), 0x21 + (scalar == Scalar::float64 ? 2 : 0) + (exact ? 0x40 : 0));
+        const Result<BaseHeader> header = parse_base_header(coded);
+        ASSERT_TRUE(header.ok());
+        EXPECT_EQ(header->lattice.unit, lattice.unit);
+        EXPECT_EQ(header->lattice.origin, lattice.origin);
+        EXPECT_EQ(header->lattice.exact, exact);
+      }
+    }
+  }
+  Lattice far;
+  far.scalar = Scalar::float64;
+  far.bits = 4;
+  far.set_unit({0, -1000}, {-kMaxWhole, kMaxWhole - (1 << kMaxLatticeBits), 1});
+  EXPECT_EQ(expect_base_header_kept(far, false).size(), 3u + 2u + 8u + 8u + 1u);
+}
+
+TEST(BaseHeaderTest, AbsurdMultiplesAreRefused) {
+  Lattice lattice;
+  lattice.bits = 20;
+  lattice.exact = true;
+  lattice.set_unit({5, -7}, {-3, std::int64_t{1} << 40, 0});
+  const Bytes good = expect_base_header_kept(lattice, true);
+  EXPECT_EQ(good.size(), 3u + 1u + 1u + 6u + 1u);
+  auto with = [&](std::size_t at, std::initializer_list<int> values) {
+    Bytes bytes = good;
+    for (const int value : values) bytes[at++] = static_cast<std::byte>(value);
+    return parse_base_header(bytes);
+  };
+  expect_error(with(1, {0x60}), ErrorCode::corrupt_data, 0);  // exact, but not lossless
+  for (const int other : {4, 8, 16, 24}) expect_error(with(1, {0x61 | other}), ErrorCode::corrupt_data, 1);
+  expect_error(with(2, {3}), ErrorCode::corrupt_data, 0);           // three times a power of ten
+  expect_error(with(3, {0x7F}), ErrorCode::corrupt_data, 0);        // 10^-64
+  expect_error(with(3, {0xD1, 0x0F}), ErrorCode::corrupt_data, 3);  // 10^-1001
+  expect_error(with(3, {0x80, 0}), ErrorCode::corrupt_data, 3);     // a longer zero
+  expect_error(with(3, {0xD0, 0x0F, 1, 1}), ErrorCode::corrupt_data, 0);
+  EXPECT_TRUE(with(3, {0x0E}).ok());
+  Bytes longest = bytes_of({20, 0x61, 1, 0, 0, 0});
+  ByteWriter(longest).write_varint(zigzag(kMaxWhole));
+  expect_error(parse_base_header(longest), ErrorCode::corrupt_data, 0);  // the last index would go beyond
+  Bytes too_long = bytes_of({20, 0x61, 1, 0, 0, 0});
+  ByteWriter(too_long).write_varint(zigzag(kMaxWhole) + 1);
+  expect_error(parse_base_header(too_long), ErrorCode::corrupt_data, 6);
+  // Coordinates that are not finite.
+  Bytes endless = bytes_of({20, 0x23, 0, 0xD0, 0x0F, 0, 0});
+  ByteWriter(endless).write_varint(zigzag(kMaxWhole / 2));
+  expect_error(parse_base_header(endless), ErrorCode::corrupt_data, 0);
+}
+
+TEST(BaseHeaderTest, OriginsBeyondFloat32AreRefused) {
+  Lattice lattice;
+  lattice.min = {-1e300, 0, 0};
+  lattice.step = 1e300 / 4095;
+  Bytes bytes;
+  append_base_header(bytes, lattice, false);
+  expect_error(parse_base_header(bytes), ErrorCode::corrupt_data, 0);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ Coded coded(const TriangleMesh& mesh, unsigned bits, unsigned shift) {
   for (const Position& p : mesh.positions) result.plan.points.push_back(result.written.lattice.snap(p));
   result.plan.base = *HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
   result.plan.seeds = choose_seeds(result.plan.base);
-  PlanWriter writer(result.plan, {}, false, false, result.bytes);
+  PlanWriter writer(result.plan, {}, 0, false, false, result.bytes);
   const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
   const Status status =
       code_base_mesh(result.written, writer, vertices, static_cast<std::uint32_t>(mesh.faces.size()), shift);
@@ -54,13 +54,9 @@ void expect_read_as_written(const TriangleMesh& mesh, unsigned bits, unsigned sh
     faces.push_back(face);
   }
   EXPECT_EQ(sorted_faces(faces), sorted_faces(mesh.faces));
-  const std::int32_t most = read.lattice.max_index();
   for (std::uint32_t v = 0; v < read.points.size(); ++v) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int32_t cell = base.plan.points[base.plan.to_original[v]][axis] >> shift;
-      const std::int64_t middle = (std::int64_t{cell} << shift) + ((std::int64_t{1} << shift) >> 1);
-      ASSERT_EQ(read.points[v][axis], std::min<std::int64_t>(middle, most));
-    }
+    const LatticePoint cell = cell_of(base.plan.points[base.plan.to_original[v]], shift);
+    ASSERT_EQ(read.points[v], middle_of(cell, shift));
   }
 }
 

@@ -89,6 +89,30 @@ TEST(Varints, HaveOneForm) {
   }
 }
 
+TEST(Varints, LongerOnesWhereALargerRangeIsGiven) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 51;
+  for (const std::uint64_t value : {std::uint64_t{0}, kMostVarint + 1, kMost - 1, kMost}) {
+    Bytes bytes;
+    ByteWriter(bytes).write_varint(value);
+    ByteReader reader(bytes);
+    EXPECT_EQ(reader.read_varint(kMost), value);
+    EXPECT_TRUE(reader.ok());
+    for (std::size_t length = 0; length < bytes.size(); ++length) {
+      ByteReader few(std::span<const std::byte>(bytes).first(length));
+      EXPECT_EQ(few.read_varint(kMost), 0u);
+      EXPECT_FALSE(few.ok());
+      EXPECT_FALSE(few.malformed_at().has_value());
+    }
+  }
+  Bytes beyond;
+  ByteWriter(beyond).write_varint(kMost + 1);
+  for (const Bytes& form : {beyond, Bytes(9, std::byte{0x80}), Bytes(8, std::byte{0xFF})}) {
+    ByteReader reader(form);
+    EXPECT_EQ(reader.read_varint(kMost), 0u);
+    EXPECT_EQ(reader.malformed_at(), std::size_t{0});
+  }
+}
+
 TEST(Varints, SignedNumbersBySize) {
   const std::vector<std::pair<std::int64_t, std::uint64_t>> numbers = {
       {0, 0}, {-1, 1}, {1, 2}, {-4, 7}, {64, 128}, {0xFFFFFFFFLL, 0x1FFFFFFFEULL}, {-0x1FFFFFFFELL, 0x3FFFFFFFBULL}};

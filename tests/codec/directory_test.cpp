@@ -46,6 +46,36 @@ TEST(DirectoryTest, TellsWhatThePacketsAre) {
   }
 }
 
+TEST(DirectoryTest, LatticesOfMultiplesKeepTheirUnits) {
+  Random random(3);
+  TriangleMesh mesh = sphere(3);
+  for (Position& p : mesh.positions) {
+    for (double& c : p) {
+      const auto thousandths = static_cast<double>(std::lround(c * 1000)) + random.below(20);
+      c = static_cast<double>(static_cast<float>(thousandths / 1000));
+    }
+  }
+  const Result<Encoded> encoded = encode(mesh, {});
+  ASSERT_TRUE(encoded.ok());
+  const Result<Directory> directory = make_directory(spans(encoded->packets));
+  ASSERT_TRUE(directory.ok()) << text(directory.error());
+  EXPECT_EQ(directory->lattice.unit, (Unit{1, -3}));
+  EXPECT_TRUE(directory->lattice.exact);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = mesh.positions[0][axis];
+    for (const Position& p : mesh.positions) low = std::min(low, p[axis]);
+    EXPECT_EQ(directory->box_min[axis], low);
+  }
+  const Bytes bytes = serialize(*directory);
+  const Result<ParsedDirectory> parsed = parse_directory(bytes);
+  ASSERT_TRUE(parsed.ok()) << text(parsed.error());
+  EXPECT_EQ(parsed->directory.lattice.unit, directory->lattice.unit);
+  EXPECT_EQ(parsed->directory.lattice.origin, directory->lattice.origin);
+  EXPECT_TRUE(parsed->directory.lattice.exact);
+  EXPECT_EQ(parsed->directory.box_max, directory->box_max);
+  EXPECT_EQ(serialize(parsed->directory), bytes);
+}
+
 TEST(DirectoryTest, ComesBackAsWritten) {
   const std::vector<EncodedPacket> packets = sample_packets();
   Result<Directory> directory = make_directory(spans(packets));

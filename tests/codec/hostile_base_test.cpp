@@ -3,12 +3,16 @@
 // and in a time that the packet's claims justify.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <functional>
+#include <limits>
+#include <optional>
 
 #include "codec/decoder.h"
-#include "codec/lattice/ordered_float.h"
+#include "codec/exactness.h"
 #include "tests/codec/forgery.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
@@ -18,6 +22,12 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
+// What a base packet says ahead of its mesh: all digits are known, no coordinates repeat.
+void write_precision(LyingSource& source) {
+  source.raw(0, 5);
+  source.raw(0, 1);
+}
+
 Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::function<BaseStep(std::uint32_t)>& beyond) {
   Bytes payload;
   Lattice lattice;
@@ -25,6 +35,7 @@ Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::functio
   lattice.step = 1.0 / 4095;
   append_base_header(payload, lattice, false);
   LyingSource source(payload, beyond);
+  write_precision(source);
   LevelState state;
   state.lattice = lattice;
   (void)code_base_mesh(state, source, vertices, faces, 0);  // what it writes counts, not what it thinks of it
@@ -132,6 +143,7 @@ Bytes one_isolated_vertex(const Lattice& lattice, bool lossless, const LatticePo
   Bytes payload;
   append_base_header(payload, lattice, lossless);
   LyingSource source(payload, {});
+  write_precision(source);
   UnsignedModel().code(source, 0);  // no component
   source.raw(1, 1);                 // isolated vertices:
   source.raw(1, 32);                // one
@@ -164,32 +176,126 @@ TEST(HostileTail, IsolatedVertexBeyondTheLatticeIsCorrupt) {
   }
 }
 
-TEST(HostileTail, ExactNumberBeyondItsCellIsCorrupt) {
-  // All floats from 0 to the 2^24th above it lie in one cell: 2^24 + 1 of them, 2 raw bits below the leading number.
+// A lattice with 2^24 + 1 floats about zero in the cells of index 0: 2 raw bits below the leading number.
+Lattice denormal_lattice() {
   Lattice lattice;
   lattice.bits = 12;
+  lattice.step = std::ldexp(1.0, -125);
+  return lattice;
+}
+
+struct LiedDecimals {
+  std::uint32_t multiple = 1;
+  std::int32_t exponent = 0;
+  std::uint32_t digits = 0;
+};
+
+void write_form(LyingSource& source, const std::optional<LiedDecimals>& fine, const std::optional<LiedDecimals>& coarse,
+                std::uint32_t repeats, std::uint32_t with_coarse, std::uint32_t strays,
+                const std::optional<SteppedGrid>& grid = {}) {
+  source.raw(1, 1);
+  for (const auto& decimals : {fine, coarse}) {
+    source.raw(decimals ? 1 : 0, 1);
+    if (!decimals) continue;
+    source.raw(decimals->multiple, 3);
+    source.raw(static_cast<std::uint16_t>(decimals->exponent), 16);
+    source.raw(decimals->digits, 4);
+  }
+  if (!coarse) source.raw(grid ? 1 : 0, 1);
+  if (grid) {
+    for (double value : {grid->step, grid->origin[0], grid->origin[1], grid->origin[2]}) {
+      const auto bits = std::bit_cast<std::uint64_t>(value);
+      source.raw(static_cast<std::uint32_t>(bits >> 32), 32);
+      source.raw(static_cast<std::uint32_t>(bits & 0xFFFFFFFFu), 32);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    source.raw(repeats, 1);
+    source.raw(with_coarse, 1);
+    source.raw(strays, 1);
+  }
+}
+
+constexpr LatticePoint kOrigin{0, 0, 0};
+
+TEST(HostileTail, ExactNumberBeyondItsCellIsCorrupt) {
   auto exactness = [](std::uint32_t leading, std::uint32_t low) {
     return [leading, low](LyingSource& source) {
-      source.raw(1, 1);
+      write_form(source, {}, {}, 0, 0, 0);
       for (int axis = 0; axis < 3; ++axis) {
-        const double upper = axis == 0 ? from_ordered(1 << 24, Scalar::float32) : 0;
-        for (double bound : {0.0, upper}) {
-          const auto bits = std::bit_cast<std::uint64_t>(bound);
-          source.raw(static_cast<std::uint32_t>(bits >> 32), 32);
-          source.raw(static_cast<std::uint32_t>(bits & 0xFFFFFFFFu), 32);
-        }
+        source.uniform(leading, (1u << 22) + 1);
+        source.raw(low, 2);
       }
-      source.uniform(leading, (1u << 22) + 1);
-      source.raw(low, 2);
     };
   };
-  const LatticePoint origin{0, 0, 0};
-  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, origin, exactness(1u << 22, 0))), ErrorCode::hash_mismatch);
-  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, origin, exactness(77, 3))), ErrorCode::hash_mismatch);
-  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, origin, exactness(1u << 22, 1))), ErrorCode::corrupt_data);
-  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, origin, exactness(1u << 22, 3))), ErrorCode::corrupt_data);
-  // In a mesh that is not lossless there is no exactness at all.
-  EXPECT_EQ(refusal(one_isolated_vertex(lattice, false, origin, exactness(77, 3))), ErrorCode::corrupt_data);
+  const Lattice lattice = denormal_lattice();
+  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, kOrigin, exactness(1u << 22, 0))), ErrorCode::hash_mismatch);
+  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, kOrigin, exactness(77, 3))), ErrorCode::hash_mismatch);
+  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, kOrigin, exactness(1u << 22, 1))), ErrorCode::corrupt_data);
+  EXPECT_EQ(refusal(one_isolated_vertex(lattice, true, kOrigin, exactness(1u << 22, 3))), ErrorCode::corrupt_data);
+  // In a mesh that is not lossless there is no exactness at all, and none where the lattice is exact.
+  EXPECT_EQ(refusal(one_isolated_vertex(lattice, false, kOrigin, exactness(77, 3))), ErrorCode::corrupt_data);
+  Lattice exact;
+  exact.set_unit({1, 0}, {0, 0, 0});
+  exact.exact = true;
+  EXPECT_EQ(refusal(one_isolated_vertex(exact, true, kOrigin, exactness(0, 0))), ErrorCode::corrupt_data);
+}
+
+TEST(HostileTail, AbsurdDecimalsAreCorrupt) {
+  const Lattice lattice = denormal_lattice();
+  auto with = [&](const std::optional<LiedDecimals>& fine, const std::optional<LiedDecimals>& coarse,
+                  std::uint32_t with_coarse) {
+    return refusal(one_isolated_vertex(
+        lattice, true, kOrigin, [&](LyingSource& source) { write_form(source, fine, coarse, 1, with_coarse, 0); }));
+  };
+  // One zero in each cell, so no number is coded: only the hash is wrong.
+  EXPECT_EQ(with(LiedDecimals{1, -22, 15}, {}, 0), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(LiedDecimals{5, 22, 0}, LiedDecimals{0, -1000, 0}, 0), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(LiedDecimals{1, 23, 0}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{1, -23, 6}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{0, 1001, 0}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{0, -32768, 0}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{3, 0, 0}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{7, 0, 0}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(LiedDecimals{2, 0, 4}, {}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with({}, LiedDecimals{1, 1000, 0}, 0), ErrorCode::corrupt_data);
+  EXPECT_EQ(with({}, {}, 1), ErrorCode::corrupt_data);  // coarse ones that are nowhere told
+}
+
+TEST(HostileTail, AbsurdGridsAreCorrupt) {
+  const Lattice lattice = denormal_lattice();
+  auto with = [&](double step, double origin, std::uint32_t with_coarse) {
+    return refusal(one_isolated_vertex(lattice, true, kOrigin, [&](LyingSource& source) {
+      write_form(source, LiedDecimals{1, 0, 0}, {}, 0, with_coarse, 0, SteppedGrid{step, {0, origin, 0}});
+      std::array<AdaptiveBit, 3> coarse;
+      for (AdaptiveBit& bit : coarse) source.bit(bit, true);
+    }));
+  };
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(with(1, 0, 1), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(1e308, 0, 1), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(std::numeric_limits<double>::denorm_min(), 0, 1), ErrorCode::corrupt_data);  // numbers were to follow
+  for (double step : {0.0, -1.0, inf, std::nan("")}) EXPECT_EQ(with(step, 0, 1), ErrorCode::corrupt_data) << step;
+  for (double origin : {-inf, inf, std::nan("")}) EXPECT_EQ(with(1, origin, 0), ErrorCode::corrupt_data) << origin;
+}
+
+TEST(HostileTail, StraysBeyondTheFloatsAreCorrupt) {
+  const Lattice lattice = denormal_lattice();
+  auto with = [&](std::int64_t steps) {
+    return refusal(one_isolated_vertex(lattice, true, kOrigin, [&](LyingSource& source) {
+      write_form(source, LiedDecimals{1, 0, 0}, {}, 0, 0, 1);
+      for (int axis = 0; axis < 3; ++axis) {
+        StrayModel model;
+        model.code(source, steps);
+      }
+    }));
+  };
+  EXPECT_EQ(with(0x7F7FFFFF), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(-0x7F800000), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(0x7F800000), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(-0x7F800001), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(std::numeric_limits<std::int64_t>::max()), ErrorCode::corrupt_data);
+  EXPECT_EQ(with(std::numeric_limits<std::int64_t>::min()), ErrorCode::corrupt_data);
 }
 
 }  // namespace

@@ -192,71 +192,29 @@ TEST(OrderedFloat, DoublesKeepTheirOrder) {
   }
 }
 
-// All cells' runs follow each other without gap or overlap, from end to end of the bounds, and agree with snap().
-void expect_partition(const Lattice& lattice, const OrderedRange& bounds, bool check_each) {
-  std::int64_t expected = bounds.first;
-  for (std::int32_t index = 0; index <= lattice.max_index(); ++index) {
-    const OrderedRange run = floats_in_cell(lattice, 0, index, bounds);
-    if (run.last < run.first) continue;
-    ASSERT_EQ(run.first, expected) << "index " << index;
-    ASSERT_EQ(lattice.snap(from_ordered(run.first, lattice.scalar), 0), index);
-    ASSERT_EQ(lattice.snap(from_ordered(run.last, lattice.scalar), 0), index);
-    if (check_each) {
-      for (std::int64_t o = run.first; o <= run.last; ++o)
-        ASSERT_EQ(lattice.snap(from_ordered(o, lattice.scalar), 0), index);
+TEST(LatticeTest, MiddlesOfMultiplesLieBetweenThem) {
+  for (Scalar scalar : {Scalar::float32, Scalar::float64}) {
+    for (const Unit& unit : {Unit{1, -3}, Unit{5, -7}, Unit{2, 5}, Unit{0, -20}}) {
+      Lattice lattice;
+      lattice.scalar = scalar;
+      lattice.bits = 12;
+      lattice.set_unit(unit, {-2000, 12'345'678, std::int64_t{1} << 45});
+      ASSERT_TRUE(lattice.valid());
+      for (std::int32_t i = 0; i < lattice.max_index(); ++i) {
+        const Position low = lattice.position({i, i, i});
+        const Position high = lattice.position({i + 1, i + 1, i + 1});
+        const Position even = lattice.position_of_middle({2 * i, 2 * i, 2 * i});
+        const Position odd = lattice.position_of_middle({2 * i + 1, 2 * i + 1, 2 * i + 1});
+        ASSERT_EQ(even, low);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          ASSERT_LE(low[axis], odd[axis]);
+          ASSERT_LE(odd[axis], high[axis]);
+        }
+        if (scalar == Scalar::float32) continue;
+        ASSERT_NEAR((odd[0] - low[0]) / lattice.step, 0.5, 1e-6);
+      }
     }
-    expected = run.last + 1;
   }
-  EXPECT_EQ(expected, bounds.last + 1);
-}
-
-OrderedRange range(double low, double high, Scalar scalar) {
-  return {to_ordered(low, scalar), to_ordered(high, scalar)};
-}
-
-TEST(FloatsInCell, CoverEveryFloatOnce) {
-  // Few floats, so each one is asked: a narrow range far from zero, and one about zero among the denormals.
-  const Lattice far = over(cloud({{1000, 0, 0}, {1000.25f, 0, 0}}), 8);
-  expect_partition(far, range(1000, 1000.25, Scalar::float32), true);
-  const Lattice zero = over(cloud({{-300 * kDenormal, 0, 0}, {500 * kDenormal, 0, 0}}), 6);
-  expect_partition(
-      zero, range(-300 * static_cast<double>(kDenormal), 500 * static_cast<double>(kDenormal), Scalar::float32), true);
-}
-
-TEST(FloatsInCell, MoreCellsThanFloatsLeaveEmptyRuns) {
-  const Lattice lattice = over(cloud({{1, 0, 0}, {std::nextafter(1.0f, 2.0f), 0, 0}}), 4);
-  const OrderedRange bounds = range(1, std::nextafter(1.0f, 2.0f), Scalar::float32);
-  expect_partition(lattice, bounds, true);
-  const OrderedRange empty = floats_in_cell(lattice, 0, 5, bounds);
-  EXPECT_LT(empty.last, empty.first);
-}
-
-TEST(FloatsInCell, WideRangesOfBothScalarsArePartitioned) {
-  Random random(6);
-  for (int i = 0; i < 60; ++i) {
-    const Scalar scalar = i % 2 == 0 ? Scalar::float32 : Scalar::float64;
-    const double scale = std::ldexp(1.0, static_cast<int>(random.below(200)) - 100);
-    auto draw = [&] { return static_cast<double>(static_cast<float>((random.unit() * 2 - 1) * scale)); };
-    double low = draw();
-    double high = draw();
-    if (low > high) std::swap(low, high);
-    const Lattice lattice = over(cloud({{low, 0, 0}, {high, 0, 0}}, scalar), 4 + random.below(8));
-    expect_partition(lattice, range(low, high, scalar), false);
-    if (HasFatalFailure()) return;
-  }
-  const double most = 1e307;
-  expect_partition(over(cloud({{-most, 0, 0}, {most, 0, 0}}, Scalar::float64), 7), range(-most, most, Scalar::float64),
-                   false);
-}
-
-TEST(FloatsInCell, OnePointTakesAllOfTheBounds) {
-  const Lattice lattice = over(cloud({{0, 0, 0}}), 12);
-  const OrderedRange bounds = range(-0.0, 0.0, Scalar::float32);
-  const OrderedRange run = floats_in_cell(lattice, 0, 0, bounds);
-  EXPECT_EQ(run.first, -1);
-  EXPECT_EQ(run.last, 0);
-  const OrderedRange none = floats_in_cell(lattice, 0, 1, bounds);
-  EXPECT_LT(none.last, none.first);
 }
 
 }  // namespace

@@ -7,16 +7,17 @@ a decoder. Nothing here decodes a packet.
 
 import dataclasses
 import hashlib
+import math
 import pathlib
 import random
 import struct
 
 _MAGIC = 0x9B
 _NUMBERS = 6  # of a packet's header: level, payload bytes, vertices, faces
-_LOSSLESS, _FLOAT64, _WIDE_ORIGIN = 1, 2, 4
+_LOSSLESS, _FLOAT64, _WIDE_ORIGIN, _UPPER_AXIS, _MULTIPLES = 1, 2, 4, 0x18, 0x20
 _WIDE_BOX, _MEASURED = 0x40, 0x80
 _NOT_MEASURED = 0xFFFF
-_MOST_VARINT = 5
+_MOST_VARINT, _MOST_ORIGIN = 5, 8  # bytes
 
 
 class BadFile(Exception):
@@ -98,9 +99,9 @@ class _Reader:
         self.at += size
         return struct.unpack_from(form, self.data, self.at - size)
 
-    def varint(self):
+    def varint(self, most_bytes=_MOST_VARINT):
         value = 0
-        for place in range(_MOST_VARINT):
+        for place in range(most_bytes):
             byte, = self.take("<B")
             value |= (byte & 0x7F) << 7 * place
             if byte < 0x80:
@@ -109,8 +110,8 @@ class _Reader:
                 return value
         raise BadFile(f"a varint with too many bytes before {self.at}")
 
-    def signed(self):
-        value = self.varint()
+    def signed(self, most_bytes=_MOST_VARINT):
+        value = self.varint(most_bytes)
         return value >> 1 if value % 2 == 0 else -(value + 1 >> 1)
 
 
@@ -143,19 +144,39 @@ def _float32(value):
     return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
-def _read_lattice(reader):
-    """(bits, flags, the box that the lattice spans)."""
-    bits, flags = reader.take("<BB")
-    if not 4 <= bits <= 24 or flags >= 0x20:
-        raise BadFile(f"a base header of {bits} bits, flags {flags:02x}")
+def _multiple(unit, whole):
+    """So many units as a float, rounded once; unit: multiple (0: powers of two), exponent."""
+    multiple, exponent = unit
+    if multiple == 0:
+        return math.ldexp(whole, exponent)
+    if exponent < 0:
+        return whole * multiple / 10**-exponent
+    return float(whole * multiple * 10**exponent)
+
+
+def _read_corners(reader, bits, flags):
+    """The coordinates of the first and the last point of a lattice, not rounded to float32."""
+    most = 2**bits - 1
+    if flags & _MULTIPLES:
+        unit = (reader.take("<B")[0], reader.signed())
+        origin = [reader.signed(_MOST_ORIGIN) for _ in range(3)]
+        return [_multiple(unit, whole) for whole in origin], [_multiple(unit, whole + most) for whole in origin]
     origin = reader.take("<3d" if flags & _WIDE_ORIGIN else "<3f")
-    axis, most = flags >> 3, 2**bits - 1
+    axis = (flags & _UPPER_AXIS) >> 3
     if axis:
         step = (reader.take("<f")[0] - origin[axis - 1]) / most
     else:
         step, = reader.take("<d")
-    top = [low + most * step for low in origin]
-    return bits, flags & (_LOSSLESS | _FLOAT64), [*origin, *(top if flags & _FLOAT64 else map(_float32, top))]
+    return origin, [low + most * step for low in origin]
+
+
+def _read_lattice(reader):
+    """(bits, flags, the box that the lattice spans)."""
+    bits, flags = reader.take("<BB")
+    if not 4 <= bits <= 24 or flags >= 0x80:
+        raise BadFile(f"a base header of {bits} bits, flags {flags:02x}")
+    low, high = _read_corners(reader, bits, flags)
+    return bits, flags & (_LOSSLESS | _FLOAT64), [x if flags & _FLOAT64 else _float32(x) for x in [*low, *high]]
 
 
 def _error(code):
