@@ -54,6 +54,17 @@ class Surroundings {
   std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
                                    Tag tag_t);
 
+  /// Has what look() reads first brought near.
+  void foresee(const HalfEdgeMesh& mesh, std::uint32_t gate) const {
+    __builtin_prefetch(&face_[HalfEdgeMesh::face_of(gate)]);
+    __builtin_prefetch(&vertex_[mesh.apex(gate)]);
+    for (const std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
+      const std::uint32_t across = mesh.opposite(inner);
+      mesh.foresee(across);
+      if (across < 3 * face_.size()) __builtin_prefetch(&face_[HalfEdgeMesh::face_of(across)]);
+    }
+  }
+
   /// The gate's face stays as it is. Call it before anything is marked.
   void keep(const HalfEdgeMesh& mesh, std::uint32_t gate);
   /// The hypothesis' patch was opened and its centre, the newest vertex, inserted at `position`.

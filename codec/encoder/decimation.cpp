@@ -34,6 +34,7 @@ class RemovingDriver {
     return symbol;
   }
 
+  void foresee(std::uint32_t /*gate*/) const {}
   void step_over(std::uint32_t /*gate*/) {}
 
  private:
