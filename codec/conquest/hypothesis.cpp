@@ -34,12 +34,12 @@ Four guarded_log2(Four x) {
   return fast_log2(x > least ? x : least);
 }
 
-void bound(SymbolInputs& inputs) {
-  for (std::size_t i = 0; i < kSymbolInputs; i += 4) {
-    Four four = load_four(&inputs.value[i]);
+void set_bounded(SymbolInputs& inputs, const std::array<Four, kSymbolInputs / 4>& fours) {
+  for (std::size_t i = 0; i < fours.size(); ++i) {
+    Four four = fours[i];
     four = four > -kFarthest ? four : Four{} - kFarthest;
     four = four < kFarthest ? four : Four{} + kFarthest;
-    store_four(&inputs.value[i], four);
+    store_four(&inputs.value[4 * i], four);
   }
 }
 
@@ -130,8 +130,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   const std::uint32_t front = mesh.apex(gate);
   h.symbol = kNull;
   h.row = 0;
-  h.vertices = 3;
-  h.state = {state_of(t), state_of(front), state_of(s)};
+  h.state = {state_of(t), state_of(front), state_of(s), kNoVertex, kNoVertex, kNoVertex};
   // Where a parallelogram over a refined neighbour expects the third corner, against where it is.
   const std::array<Four, 3> corner = {vertex_[s].position, vertex_[t].position, vertex_[front].position};
   const Four sum = corner[0] + corner[1] + corner[2];
@@ -143,11 +142,12 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   const std::uint32_t behind = mesh.opposite(gate);
   float kites = 0;
   float kite_count = 0;
-  auto add_kite = [&](std::uint32_t inner, Four actual) {
-    const std::uint32_t across = mesh.opposite(inner);
-    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) return;
-    kites += kite(across, actual);
-    kite_count += 1;
+  auto add_kite = [&](std::uint32_t inner, Four actual) {  // without a branch, as in describe_patch
+    const std::uint32_t outside = mesh.opposite(inner);
+    const std::uint32_t across = outside == kNone ? gate : outside;
+    const float refined = marks.face[HalfEdgeMesh::face_of(across)] != 0 ? 1.0f : 0.0f;
+    kites += refined * kite(across, actual);
+    kite_count += refined;
   };
   add_kite(next, corner[0]);
   add_kite(prev, corner[1]);
@@ -161,23 +161,14 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   const float log_next = face.log_length[next % 3];
   const float log_prev = face.log_length[prev % 3];
   const float log_gate = face.log_length[gate % 3];
-  h.input.value = {face.log_area - scale.log_area,
-                   log_next + log_prev - 2.0f * scale.log_edge,
-                   few(mesh.face_valence(front)) - 1.2f,
-                   few(vertex_[front].open),
-                   few(vertex_[s].open + vertex_[t].open),
-                   recent(front),
-                   std::max(log_next, log_prev) - log_gate,
-                   log_gate - scale.log_edge,
-                   few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f,
-                   log_next - log_prev,
-                   logs[0],
-                   kite_count > 0 ? logs[1] : 0.0f,
-                   recent(s) + recent(t),
-                   scale.log_area_s - scale.log_area,
-                   scale.log_area_t - scale.log_area,
-                   0.2f * std::min(vertex_[front].faces, 16.0f)};
-  bound(h.input);
+  set_bounded(h.input, {Four{face.log_area - scale.log_area, log_next + log_prev - 2.0f * scale.log_edge,
+                             few(mesh.face_valence(front)) - 1.2f, few(vertex_[front].open)},
+                        Four{few(vertex_[s].open + vertex_[t].open), recent(front),
+                             std::max(log_next, log_prev) - log_gate, log_gate - scale.log_edge},
+                        Four{few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f, log_next - log_prev, logs[0],
+                             kite_count > 0 ? logs[1] : 0.0f},
+                        Four{recent(s) + recent(t), scale.log_area_s - scale.log_area,
+                             scale.log_area_t - scale.log_area, 0.2f * std::min(vertex_[front].faces, 16.0f)}});
 }
 
 template <unsigned kSize, bool kIsBorder>
@@ -201,13 +192,13 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
 
   std::array<Four, kMaxPatchSize> ring;
   Four mean{};
-  float recent = 0;
+  int recent = 0;
   int regular = 0;
   for (unsigned i = 0; i < kSize; ++i) {
     const std::uint32_t v = patch.ring[i];
     ring[i] = vertex_[v].position;
     mean += ring[i];
-    recent += v >= previous_ ? 1.0f : 0.0f;
+    recent += v >= previous_ ? 1 : 0;
     const int change = (kIsBorder ? star_faces(patch, i) : 2) - triangulation.faces_at[i];
     const Outcome& after = outcome(vertex_[v].valence, change);
     const int open = vertex_[v].open - triangulation.faces_at[i];
@@ -234,13 +225,16 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     border += edge;
     longest = std::max(longest, edge);
     shortest = std::min(shortest, edge);
-    // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring.
-    const std::uint32_t across = patch.outside[i];
-    if (across == kNone || marks.face[HalfEdgeMesh::face_of(across)] == 0) continue;
-    const float kite = squared(mean - ring[i] - ring[i + 1 < kSize ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
+    // Where a parallelogram over a refined neighbour expects the new vertex, against the mean of the ring. Whether
+    // there is one is hard to foresee, so there is no branch: at the boundary, the undecided face of slot 0 stands in.
+    const std::uint32_t outside = patch.outside[i];
+    const std::uint32_t across = outside == kNone ? 3 * patch.slots[0] : outside;
+    const bool refined = marks.face[HalfEdgeMesh::face_of(across)] != 0;
+    const float kite = (refined ? 1.0f : 0.0f) *
+                       squared(mean - ring[i] - ring[i + 1 < kSize ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
     if (i + 1 == kSize) of_gate = kite;
     kites += kite;
-    ++kite_count;
+    kite_count += refined ? 1u : 0u;
   }
   float diagonals = 0;
   float longest_diagonal = 0;
@@ -252,7 +246,7 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     shortest_diagonal = std::min(shortest_diagonal, diagonal);
   }
 
-  h.vertices = static_cast<std::uint8_t>(kSize);
+  for (unsigned i = kSize; i < kMaxPatchSize; ++i) h.state[i] = kNoVertex;
   const float border_mean = border * kShareOfRing;
   const float face_area = normal[3] * (kIsBorder ? kShare[kSize - 1] : kShareOfRing);
   const Four unit = Four{} + scale.per_edge_squared;
@@ -263,23 +257,13 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   const Four whole = guarded_log2(Four{face_area, spokes * kShareOfRing, 1.0f, 1.0f});
   h.log_area = whole[0];
   h.log_spoke = 0.5f * whole[1];
-  h.input.value = {h.log_area - scale.log_area,
-                   0.3f * static_cast<float>(regular),
-                   kSize > 3 ? diagonal_logs[1] : 0.0f,
-                   border_mean - scale.log_edge,
-                   longest - border_mean,
-                   recent * kShareOfRing,
-                   kSize > 3 ? diagonal_logs[0] : 0.0f,
-                   kSize > 3 ? diagonal_logs[2] : 0.0f,
-                   shortest - border_mean,
-                   lengths[0],
-                   lengths[1],
-                   of_gate > 0 ? lengths[2] : 0.0f,
-                   kite_count > 0 ? lengths[3] : 0.0f,
-                   static_cast<float>(kite_count) * kShareOfRing,
-                   least_face - scale.log_area,
-                   most_face - scale.log_area};
-  bound(h.input);
+  set_bounded(h.input, {Four{h.log_area - scale.log_area, 0.3f * static_cast<float>(regular),
+                             kSize > 3 ? diagonal_logs[1] : 0.0f, border_mean - scale.log_edge},
+                        Four{longest - border_mean, static_cast<float>(recent) * kShareOfRing,
+                             kSize > 3 ? diagonal_logs[0] : 0.0f, kSize > 3 ? diagonal_logs[2] : 0.0f},
+                        Four{shortest - border_mean, lengths[0], lengths[1], of_gate > 0 ? lengths[2] : 0.0f},
+                        Four{kite_count > 0 ? lengths[3] : 0.0f, static_cast<float>(kite_count) * kShareOfRing,
+                             least_face - scale.log_area, most_face - scale.log_area}});
 }
 
 std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate,

@@ -28,19 +28,20 @@ using SymbolInputs = Lanes<kSymbolInputs>;
 /// Rows of the models' tables: null, 3 to 6, border patches.
 inline constexpr std::size_t kSymbolRows = 5 + kBorderSymbols;
 
+/// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
+inline constexpr std::size_t kVertexStates = 4 * 10;
+inline constexpr std::uint8_t kNoVertex = kVertexStates;  ///< where there are fewer
+
 struct Hypothesis {
   Symbol symbol = kNull;
   std::uint8_t row = 0;
-  std::uint8_t vertices = 0;                        ///< of the patch's ring or the null patch's face
-  std::array<std::uint8_t, kMaxPatchSize> state{};  ///< of each afterwards: how open it is, its valence
-  SymbolInputs input;                               ///< features, see hypothesis.cpp
-  Patch patch;                                      ///< unless it is the null patch
-  float log_area = 0;                               ///< expected of each of its new faces
-  float log_spoke = 0;                              ///< expected of its new edges
+  /// Of each vertex of the patch's ring or the null patch's face afterwards: how open it is, its valence.
+  std::array<std::uint8_t, kMaxPatchSize> state{};
+  SymbolInputs input;   ///< features, see hypothesis.cpp
+  Patch patch;          ///< unless it is the null patch
+  float log_area = 0;   ///< expected of each of its new faces
+  float log_spoke = 0;  ///< expected of its new edges
 };
-
-/// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
-inline constexpr std::size_t kVertexStates = 4 * 10;
 
 /// What one pass knows of the coarse faces and of those that are refined already. One object serves one pass.
 class Surroundings {
