@@ -274,44 +274,39 @@ std::span<const Hypothesis> Surroundings::look(const HalfEdgeMesh& mesh, const M
   const Scale scale = measure(s, t, front);
   describe_null(mesh, marks, gate, scale, hypothesis_[0]);
   std::size_t count = 1;
-  auto consider = [&](const Triangulation& triangulation, unsigned closing, Symbol symbol, std::size_t row) {
+  auto consider = [&]<unsigned kSize, bool kIsBorder>(const Triangulation& triangulation, unsigned closing,
+                                                      std::size_t row) {
     Hypothesis& h = hypothesis_[count];
     if (!collect_polygon(mesh, gate, triangulation, closing, marks.face, h.patch)) return;
-    h.symbol = symbol;
+    h.symbol = kIsBorder ? border_symbol(kSize, closing) : static_cast<Symbol>(kSize);
     h.row = static_cast<std::uint8_t>(row);
-    switch (h.patch.size) {
-      case 3:
-        closing == kNoClosing ? describe_patch<3, false>(mesh, marks, triangulation, scale, h)
-                              : describe_patch<3, true>(mesh, marks, triangulation, scale, h);
-        break;
-      case 4:
-        closing == kNoClosing ? describe_patch<4, false>(mesh, marks, triangulation, scale, h)
-                              : describe_patch<4, true>(mesh, marks, triangulation, scale, h);
-        break;
-      case 5:
-        describe_patch<5, false>(mesh, marks, triangulation, scale, h);
-        break;
-      default:
-        describe_patch<6, false>(mesh, marks, triangulation, scale, h);
-    }
+    describe_patch<kSize, kIsBorder>(mesh, marks, triangulation, scale, h);
     ++count;
   };
+  auto consider_interior = [&]<unsigned kSize>() {
+    consider.template operator()<kSize, false>(interior_triangulation(kSize, tag_s, tag_t), kNoClosing, kSize - 2u);
+  };
+  auto consider_border = [&]<unsigned kSize>() {
+    for (unsigned closing = 0; closing + 1 < kSize; ++closing) {
+      consider.template operator()<kSize, true>(border_triangulation(kSize, closing, tag_t), closing,
+                                                5u + border_symbol(kSize, closing) - kBorder);
+    }
+  };
   if (kind_ == PassKind::cleaning) {
-    consider(interior_triangulation(3, Tag::plus, Tag::minus), kNoClosing, 3, 1);
+    tag_s = Tag::plus;
+    tag_t = Tag::minus;
+    consider_interior.template operator()<3>();
     return {hypothesis_.data(), count};
   }
   // A border patch takes in a boundary edge of at most two faces: then a vertex of the gate's face lies there.
   if (has_boundary_ && (mesh.is_boundary(s) || mesh.is_boundary(t) || mesh.is_boundary(front))) {
-    for (unsigned size = 4; size >= 3; --size) {
-      for (unsigned closing = 0; closing + 1 < size; ++closing) {
-        const Symbol symbol = border_symbol(size, closing);
-        consider(border_triangulation(size, closing, tag_t), closing, symbol, 5u + symbol - kBorder);
-      }
-    }
+    consider_border.template operator()<4>();
+    consider_border.template operator()<3>();
   }
-  for (unsigned size = 6; size >= 3; --size) {
-    consider(interior_triangulation(size, tag_s, tag_t), kNoClosing, static_cast<Symbol>(size), size - 2);
-  }
+  consider_interior.template operator()<6>();
+  consider_interior.template operator()<5>();
+  consider_interior.template operator()<4>();
+  consider_interior.template operator()<3>();
   return {hypothesis_.data(), count};
 }
 

@@ -6,18 +6,14 @@
 namespace pmcd::codec {
 
 const Triangulation& interior_triangulation(unsigned size, Tag tag_s, Tag tag_t) {
-  const bool both_plus = tag_s == kP && tag_t == kP;
-  const bool s_shrinks = tag_s == kM && tag_t == kP;
-  switch (size) {
-    case 3:
-      return both_plus ? kThreeMinus : kThreePlus;
-    case 4:
-      return both_plus || s_shrinks ? kFourT : kFourS;
-    case 5:
-      return both_plus ? kFiveBoth : (s_shrinks ? kFiveT : kFiveS);
-    default:
-      return both_plus || s_shrinks ? kSixT : kSixS;
-  }
+  // By size; both tags minus, s minus, t minus, both plus.
+  static constexpr std::array<std::array<const Triangulation*, 4>, 4> kTable = {{
+      {&kThreePlus, &kThreePlus, &kThreePlus, &kThreeMinus},
+      {&kFourS, &kFourT, &kFourS, &kFourT},
+      {&kFiveS, &kFiveT, &kFiveS, &kFiveBoth},
+      {&kSixS, &kSixT, &kSixS, &kSixT},
+  }};
+  return *kTable[size - 3][(tag_s == kP ? 2u : 0u) + (tag_t == kP ? 1u : 0u)];
 }
 
 const Triangulation& border_triangulation(unsigned size, unsigned closing, Tag tag_t) {
