@@ -31,23 +31,25 @@ void SymbolModel::weigh(std::span<const Hypothesis> hypotheses, std::size_t stat
     const Hypothesis& h = hypotheses[i];
     const SymbolNetwork::Row& row = network.row[h.row];
     constexpr std::size_t kFours = kHiddenUnits / 4;
-    // Two sums, of even and of odd inputs, each wait less for themselves than one.
-    std::array<Four, kFours> even;
-    std::array<Four, kFours> odd;
-    for (std::size_t q = 0; q < kFours; ++q) {
-      even[q] = load_four(&row.by_state[state].value[4 * q]);
-      odd[q] = load_four(&row.by_parent[parent].value[4 * q]);
-    }
-    for (std::size_t j = 0; j < kSymbolInputs; j += 2) {
-      for (std::size_t q = 0; q < kFours; ++q) {
-        even[q] += h.input.value[j] * load_four(&row.hidden[j].value[4 * q]);
-        odd[q] += h.input.value[j + 1] * load_four(&row.hidden[j + 1].value[4 * q]);
-      }
+    std::array<FourInts, kFours> sum{};
+    auto add = [&]<int k>(FourInts pairs, const std::array<FourInts, kFours>& weights) {
+      const FourInts pair = __builtin_shufflevector(pairs, pairs, k, k, k, k);
+      for (std::size_t q = 0; q < kFours; ++q) sum[q] += dot_pairs(pair, weights[q]);
+    };
+    for (std::size_t g = 0; g < kSymbolInputs / 8; ++g) {
+      const Four low = SymbolNetwork::kInputScale * load_four(&h.input.value[8 * g]);
+      const Four high = SymbolNetwork::kInputScale * load_four(&h.input.value[8 * g + 4]);
+      const FourInts pairs = pairs_of(__builtin_convertvector(low, FourInts), __builtin_convertvector(high, FourInts));
+      add.template operator()<0>(pairs, row.hidden[4 * g]);
+      add.template operator()<1>(pairs, row.hidden[4 * g + 1]);
+      add.template operator()<2>(pairs, row.hidden[4 * g + 2]);
+      add.template operator()<3>(pairs, row.hidden[4 * g + 3]);
     }
     Four output{};
     for (std::size_t q = 0; q < kFours; ++q) {
-      const Four sum = even[q] + odd[q];
-      const Four unit = sum > 0.0f ? sum : Four{};
+      const Four all = SymbolNetwork::kHiddenScale * __builtin_convertvector(sum[q], Four) +
+                       (load_four(&row.by_state[state].value[4 * q]) + load_four(&row.by_parent[parent].value[4 * q]));
+      const Four unit = all > 0.0f ? all : Four{};
       store_four(&weighed.hidden[i].value[4 * q], unit);
       output += unit * load_four(&output_[h.row].value[4 * q]);
     }
