@@ -20,6 +20,18 @@ Four at(const LatticePoint& p) {
   return Four{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0};
 }
 
+// |a|^2, |b|^2, |c|^2, |d|^2; the fourth lanes mean nothing.
+Four squared(Four a, Four b, Four c, Four d) {
+  const Four ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+  const Four cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const Four ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Four cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  const Four x = __builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5);
+  const Four y = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
+  const Four z = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
+  return x * x + y * y + z * z;
+}
+
 float squared(Four a) {
   const Four square = a * a;
   return square[0] + square[1] + square[2];
@@ -31,46 +43,54 @@ Four cross(Four a, Four b) {
 
 Four guarded_log2(Four x) {
   const Four least = Four{} + kLeast;
-  return fast_log2(x > least ? x : least);
+  return fast_log2(larger(x, least));
 }
 
 void set_bounded(SymbolInputs& inputs, const std::array<Four, kSymbolInputs / 4>& fours) {
   for (std::size_t i = 0; i < fours.size(); ++i) {
-    Four four = fours[i];
-    four = four > -kFarthest ? four : Four{} - kFarthest;
-    four = four < kFarthest ? four : Four{} + kFarthest;
-    store_four(&inputs.value[4 * i], four);
+    store_four(&inputs.value[4 * i], smaller(larger(fours[i], Four{} - kFarthest), Four{} + kFarthest));
   }
 }
 
-// What a change of its valence makes of a ring vertex.
+// What a decision makes of a vertex.
 struct Outcome {
-  std::uint8_t valence = 0;   // part of its state
+  std::uint8_t state = 0;     // Hypothesis::state
   std::int8_t deviation = 0;  // growth of |valence - 6|
 };
-constexpr int kLeastChange = -2;
-constexpr int kMostValence = 15;  // above, all is alike
+constexpr unsigned kMostOpen = 7;  // above, all is alike
+constexpr unsigned kMostValence = 15;
+constexpr std::uint16_t brief_of(unsigned open, unsigned valence) {
+  return static_cast<std::uint16_t>(std::min(open, kMostOpen) * (kMostValence + 1) + std::min(valence, kMostValence));
+}
+constexpr std::size_t kBriefs = (kMostOpen + 1) * (kMostValence + 1);
+// By faces at it that are decided, at most 4, and faces that it gets for them, at most 2.
 constexpr auto kOutcome = [] {
-  std::array<std::array<Outcome, kMostValence + 1>, 4> outcomes{};
+  std::array<std::array<Outcome, kBriefs>, 5 * 3> outcomes{};
   auto size = [](int x) { return x < 0 ? -x : x; };
-  for (int row = 0; row < 4; ++row) {
-    for (int valence = 0; valence <= kMostValence; ++valence) {
-      const int change = row + kLeastChange;
-      const int after = std::clamp(valence + change, 2, 11);
-      outcomes[static_cast<std::size_t>(row)][static_cast<std::size_t>(valence)] = {
-          static_cast<std::uint8_t>(after - 2), static_cast<std::int8_t>(size(after - 6) - size(after - change - 6))};
+  for (int decided = 0; decided < 5; ++decided) {
+    for (int gets = 0; gets < 3; ++gets) {
+      for (int open = 0; open <= static_cast<int>(kMostOpen); ++open) {
+        for (int valence = 0; valence <= static_cast<int>(kMostValence); ++valence) {
+          const int change = gets - decided;
+          const int after = std::clamp(valence + change, 2, 11);
+          outcomes[static_cast<std::size_t>(3 * decided + gets)]
+                  [brief_of(static_cast<unsigned>(open), static_cast<unsigned>(valence))] = {
+                      static_cast<std::uint8_t>(std::clamp(open - decided, 0, 3) * 10 + after - 2),
+                      static_cast<std::int8_t>(size(after - 6) - size(after - change - 6))};
+        }
+      }
     }
   }
   return outcomes;
 }();
 
-// REQUIRES: -2 <= change <= 1, valence >= 0.
-const Outcome& outcome(int valence, int change) {
-  return kOutcome[static_cast<std::size_t>(change - kLeastChange)]
-                 [static_cast<std::size_t>(std::min(valence, kMostValence))];
-}
-
 }  // namespace
+
+inline void Surroundings::change(Vertex& at, unsigned faces, int growth) {
+  at.open = static_cast<std::uint16_t>(at.open > faces ? at.open - faces : 0);
+  at.valence = static_cast<std::uint16_t>(std::clamp(at.valence + growth, 0, 2 * static_cast<int>(kMaxValence)));
+  at.brief = brief_of(at.open, at.valence);
+}
 
 Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind,
                            std::uint32_t previous)
@@ -81,9 +101,10 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
   vertex_.resize(mesh.vertex_count());
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     vertex_[v].position = at(points[v]);
-    const auto valence = static_cast<std::int16_t>(std::min(mesh.face_valence(v), kMaxValence));
-    vertex_[v].open = static_cast<std::uint16_t>(valence);
+    const auto valence = static_cast<std::uint16_t>(std::min(mesh.face_valence(v), kMaxValence));
+    vertex_[v].open = valence;
     vertex_[v].valence = valence;
+    vertex_[v].brief = brief_of(valence, valence);
   }
   for (std::uint32_t f = 0; f < faces; ++f) {
     const Face corners = mesh.face(f);
@@ -91,22 +112,21 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
     const Four b = vertex_[corners[1]].position;
     const Four c = vertex_[corners[2]].position;
     const Four normal = cross(b - a, c - a);
-    const Four squares{squared(b - a), squared(c - b), squared(a - c), squared(normal)};
+    const Four squares = squared(b - a, c - b, a - c, normal);
     const Four logs = 0.5f * guarded_log2(squares);
     const float area = std::sqrt(squares[3]);
     face_[f] = {normal + Four{0, 0, 0, area}, logs[3], {logs[0], logs[1], logs[2]}};
     for (std::uint32_t i = 0; i < 3; ++i) {
       if (mesh.opposite(3 * f + i) != kNone) continue;
       has_boundary_ = true;
-      vertex_[corners[i]].valence += 3;  // once a vertex: one boundary edge leaves it
+      change(vertex_[corners[i]], 0, 3);  // once a vertex: one boundary edge leaves it
     }
   }
 }
 
 // After its face at the gate stayed as it is.
 inline std::uint8_t Surroundings::state_of(std::uint32_t v) const {
-  const Vertex& here = vertex_[v];
-  return static_cast<std::uint8_t>(std::clamp(here.open - 1, 0, 3) * 10 + outcome(here.valence, 0).valence);
+  return kOutcome[3 * 1 + 1][vertex_[v].brief].state;
 }
 
 Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const {
@@ -116,10 +136,12 @@ Surroundings::Scale Surroundings::measure(std::uint32_t s, std::uint32_t t, std:
   // A little of the whole pass steadies the local means and stands in for them at a seed.
   constexpr float kPrior = 0.5f;
   const float prior = kPrior / std::max(all_.faces, 1.0f);
-  const float faces = at_s.faces + at_t.faces + kPrior;
+  const Four counts{static_cast<float>(at_s.faces), static_cast<float>(at_t.faces), static_cast<float>(at_front.faces),
+                    0};
+  const float faces = counts[0] + counts[1] + kPrior;
   const Four sums{at_s.log_area + at_t.log_area + at_front.log_area + prior * all_.log_area,
                   at_s.log_length + at_t.log_length + prior * all_.log_length, at_s.log_area, at_t.log_area};
-  const Four means = sums / Four{faces + at_front.faces, faces, std::max(at_s.faces, 1.0f), std::max(at_t.faces, 1.0f)};
+  const Four means = sums / Four{faces + counts[2], faces, std::max(counts[0], 1.0f), std::max(counts[1], 1.0f)};
   return {means[0], means[1], fast_exp2(-2.0f * means[1]), means[2], means[3]};
 }
 
@@ -168,7 +190,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
                         Four{few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f, log_next - log_prev, logs[0],
                              kite_count > 0 ? logs[1] : 0.0f},
                         Four{recent(s) + recent(t), scale.log_area_s - scale.log_area,
-                             scale.log_area_t - scale.log_area, 0.2f * std::min(vertex_[front].faces, 16.0f)}});
+                             scale.log_area_t - scale.log_area, few(vertex_[front].faces)}});
 }
 
 template <unsigned kSize, bool kIsBorder>
@@ -199,10 +221,9 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     ring[i] = vertex_[v].position;
     mean += ring[i];
     recent += v >= previous_ ? 1 : 0;
-    const int change = (kIsBorder ? star_faces(patch, i) : 2) - triangulation.faces_at[i];
-    const Outcome& after = outcome(vertex_[v].valence, change);
-    const int open = vertex_[v].open - triangulation.faces_at[i];
-    h.state[i] = static_cast<std::uint8_t>(std::clamp(open, 0, 3) * 10 + after.valence);
+    const unsigned gets = kIsBorder ? static_cast<unsigned>(star_faces(patch, i)) : 2u;
+    const Outcome after = kOutcome[3u * triangulation.faces_at[i] + gets][vertex_[v].brief];
+    h.state[i] = after.state;
     regular += after.deviation;
   }
   mean *= kShareOfRing;
@@ -321,7 +342,7 @@ void Surroundings::keep(const HalfEdgeMesh& mesh, std::uint32_t gate) {
   const float edge = (face.log_length[0] + face.log_length[1] + face.log_length[2]) * (1.0f / 3.0f);
   for (std::uint32_t v : mesh.face(HalfEdgeMesh::face_of(gate))) {
     add_face(vertex_[v], face.log_area, edge);
-    close(vertex_[v], 1);
+    change(vertex_[v], 1, 0);
   }
   fade(0.98f);
   add_face(all_, face.log_area, edge);
@@ -332,17 +353,17 @@ void Surroundings::insert(const Hypothesis& h, const Triangulation& triangulatio
   fade(0.9f);
   Vertex centre;
   centre.position = at(position);
-  centre.valence = static_cast<std::int16_t>(patch.is_border() ? patch.size + 2 : patch.size);
+  centre.valence = static_cast<std::uint16_t>(patch.is_border() ? patch.size + 2 : patch.size);
+  centre.brief = brief_of(0, centre.valence);
   for (unsigned i = 0; i < patch.size; ++i) {
     Vertex& corner = vertex_[patch.ring[i]];
-    close(corner, triangulation.faces_at[i]);
-    corner.valence = static_cast<std::int16_t>(std::clamp(
-        corner.valence + star_faces(patch, i) - triangulation.faces_at[i], 0, 2 * static_cast<int>(kMaxValence)));
+    change(corner, triangulation.faces_at[i], star_faces(patch, i) - triangulation.faces_at[i]);
     if (i == patch.closing) continue;
     const float edge = (2.0f * h.log_spoke + log_length(patch.inside[i])) * (1.0f / 3.0f);
-    for (Vertex* v : {&vertex_[patch.ring[i]], &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &all_, &centre}) {
+    for (Vertex* v : {&corner, &vertex_[patch.ring[i + 1 < patch.size ? i + 1 : 0]], &centre}) {
       add_face(*v, h.log_area, edge);
     }
+    add_face(all_, h.log_area, edge);
   }
   vertex_.push_back(centre);
 }

@@ -83,9 +83,16 @@ class Surroundings {
     Four position{};
     float log_area = 0;
     float log_length = 0;  // mean of a face's edges
+    std::uint16_t faces = 0;
+    std::uint16_t open = 0;     // faces that are undecided
+    std::uint16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
+    std::uint16_t brief = 0;    // of the two before, as far as outcomes depend on them
+  };
+  // Sums over the whole pass, fading.
+  struct Pass {
+    float log_area = 0;
+    float log_length = 0;  // mean of a face's edges
     float faces = 0;
-    std::uint16_t open = 0;    // faces that are undecided
-    std::int16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
   };
   // Of the refined faces at the gate: what the features are measured in.
   struct Scale {
@@ -96,14 +103,14 @@ class Surroundings {
     float log_area_t = 0;
   };
 
-  static void add_face(Vertex& at, float log_area, float log_length) {
+  template <typename Sums>
+  static void add_face(Sums& at, float log_area, float log_length) {
     at.log_area += log_area;
     at.log_length += log_length;
-    at.faces += 1;
+    ++at.faces;
   }
-  static void close(Vertex& at, unsigned faces) {
-    at.open = static_cast<std::uint16_t>(at.open > faces ? at.open - faces : 0);
-  }
+  // `faces` of it were decided, its valence grew.
+  static void change(Vertex& at, unsigned faces, int growth);
   // Faces that the star of a patch has at ring vertex i.
   static int star_faces(const Patch& patch, unsigned i) {
     return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
@@ -124,7 +131,7 @@ class Surroundings {
   bool has_boundary_ = false;
   std::vector<FaceShape> face_;
   std::vector<Vertex> vertex_;
-  Vertex all_;  // sums over the whole pass, fading
+  Pass all_;
   std::array<Hypothesis, kSymbolRows> hypothesis_;
 };
 

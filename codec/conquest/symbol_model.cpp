@@ -49,7 +49,7 @@ void SymbolModel::weigh(std::span<const Hypothesis> hypotheses, std::size_t stat
     for (std::size_t q = 0; q < kFours; ++q) {
       const Four all = SymbolNetwork::kHiddenScale * __builtin_convertvector(sum[q], Four) +
                        (load_four(&row.by_state[state].value[4 * q]) + load_four(&row.by_parent[parent].value[4 * q]));
-      const Four unit = all > 0.0f ? all : Four{};
+      const Four unit = larger(all, Four{});
       store_four(&weighed.hidden[i].value[4 * q], unit);
       output += unit * load_four(&output_[h.row].value[4 * q]);
     }

@@ -61,6 +61,22 @@ inline Four load_four(const float* from) {
 inline void store_four(float* to, Four four) {
   std::memcpy(to, &four, sizeof four);
 }
+/// The larger in each lane, b where they do not compare; one instruction.
+inline Four larger(Four a, Four b) {
+#ifdef __SSE2__
+  return _mm_max_ps(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+/// The smaller in each lane, b where they do not compare.
+inline Four smaller(Four a, Four b) {
+#ifdef __SSE2__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
 inline float sum_of(Four four) {
   return (four[0] + four[1]) + (four[2] + four[3]);
 }
@@ -117,7 +133,7 @@ inline void softmax(float* score, std::size_t count) {
   Four sums{};
   for (std::size_t i = 0; i < count; i += 4) {
     Four four = load_four(score + i) - most;
-    four = four > -30.0f ? four : Four{} - 30.0f;
+    four = larger(four, Four{} - 30.0f);
     four = fast_exp2(four);
     store_four(score + i, four);
     sums += four;
