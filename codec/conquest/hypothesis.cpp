@@ -46,6 +46,17 @@ Four guarded_log2(Four x) {
   return fast_log2(larger(x, least));
 }
 
+float least_of(Four a) {
+  return std::min(std::min(a[0], a[1]), std::min(a[2], a[3]));
+}
+
+float most_of(Four a) {
+  return std::max(std::max(a[0], a[1]), std::max(a[2], a[3]));
+}
+
+// Factors by whether there is something to count.
+constexpr std::array<Four, 2> kIfRefined = {Four{0, 0, 0, 0}, Four{1, 1, 1, 1}};
+
 void set_bounded(SymbolInputs& inputs, const std::array<Four, kSymbolInputs / 4>& fours) {
   for (std::size_t i = 0; i < fours.size(); ++i) {
     store_four(&inputs.value[4 * i], smaller(larger(fours[i], Four{} - kFarthest), Four{} + kFarthest));
@@ -177,7 +188,7 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   const Four logs =
       0.5f *
       fast_log2(Four{of_gate, kite_count > 1 ? 0.5f * kites : kites, 0, 0} * scale.per_edge_squared + kLeastOffset);
-  auto recent = [&](std::uint32_t v) { return v >= previous_ ? 1.0f : 0.0f; };
+  auto recent = [&](std::uint32_t v) { return static_cast<int>(v >= previous_); };
   auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
   const FaceShape& face = face_[HalfEdgeMesh::face_of(gate)];
   const float log_next = face.log_length[next % 3];
@@ -185,11 +196,11 @@ void Surroundings::describe_null(const HalfEdgeMesh& mesh, const Marks& marks, s
   const float log_gate = face.log_length[gate % 3];
   set_bounded(h.input, {Four{face.log_area - scale.log_area, log_next + log_prev - 2.0f * scale.log_edge,
                              few(mesh.face_valence(front)) - 1.2f, few(vertex_[front].open)},
-                        Four{few(vertex_[s].open + vertex_[t].open), recent(front),
+                        Four{few(vertex_[s].open + vertex_[t].open), static_cast<float>(recent(front)),
                              std::max(log_next, log_prev) - log_gate, log_gate - scale.log_edge},
                         Four{few(mesh.face_valence(s)) + few(mesh.face_valence(t)) - 2.4f, log_next - log_prev, logs[0],
                              kite_count > 0 ? logs[1] : 0.0f},
-                        Four{recent(s) + recent(t), scale.log_area_s - scale.log_area,
+                        Four{static_cast<float>(recent(s) + recent(t)), scale.log_area_s - scale.log_area,
                              scale.log_area_t - scale.log_area, few(vertex_[front].faces)}});
 }
 
@@ -228,20 +239,16 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   }
   mean *= kShareOfRing;
 
-  float least = squared(ring[0] - mean);
-  float most = least;
-  float spokes = 0;
+  // In two groups of four, the second empty or with its last vertex repeated.
+  constexpr bool kIsLarge = kSize > 4;
+  std::array<Four, 8> spoke;
+  std::array<Four, 8> kite{};
   float border = 0;
   float longest = log_length(patch.inside[0]);
   float shortest = longest;
-  float of_gate = 0;
-  float kites = 0;
   unsigned kite_count = 0;
   for (unsigned i = 0; i < kSize; ++i) {
-    const float spoke = squared(ring[i] - mean);
-    least = std::min(least, spoke);
-    most = std::max(most, spoke);
-    spokes += spoke;
+    spoke[i] = ring[i] - mean;
     const float edge = log_length(patch.inside[i]);
     border += edge;
     longest = std::max(longest, edge);
@@ -251,12 +258,20 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
     const std::uint32_t outside = patch.outside[i];
     const std::uint32_t across = outside == kNone ? 3 * patch.slots[0] : outside;
     const bool refined = marks.face[HalfEdgeMesh::face_of(across)] != 0;
-    const float kite = (refined ? 1.0f : 0.0f) *
-                       squared(mean - ring[i] - ring[i + 1 < kSize ? i + 1 : 0] + vertex_[mesh.apex(across)].position);
-    if (i + 1 == kSize) of_gate = kite;
-    kites += kite;
+    kite[i] = kIfRefined[refined] * (vertex_[mesh.apex(across)].position - ring[i + 1 < kSize ? i + 1 : 0] - spoke[i]);
     kite_count += refined ? 1u : 0u;
   }
+  for (unsigned i = kSize; i < 8; ++i) spoke[i] = spoke[kSize - 1];
+  const Four kites_low = squared(kite[0], kite[1], kite[2], kite[3]);
+  const Four kites_high = kIsLarge ? squared(kite[4], kite[5], kite[6], kite[7]) : Four{};
+  const float kites = sum_of(kites_low + kites_high);
+  const float of_gate = kIsLarge ? kites_high[kSize % 4 == 1 ? 0 : 1] : kites_low[kSize == 3 ? 2 : 3];
+  const Four spokes_low = squared(spoke[0], spoke[1], spoke[2], spoke[3]);
+  const Four spokes_high = kIsLarge ? squared(spoke[4], spoke[5], spoke[6], spoke[7]) : spokes_low;
+  const float spokes = (kSize == 3 ? spokes_low[0] + spokes_low[1] + spokes_low[2] : sum_of(spokes_low)) +
+                       (kSize == 6 ? spokes_high[0] + spokes_high[1] : (kSize == 5 ? spokes_high[0] : 0.0f));
+  const float least = least_of(smaller(spokes_low, spokes_high));
+  const float most = most_of(larger(spokes_low, spokes_high));
   float diagonals = 0;
   float longest_diagonal = 0;
   float shortest_diagonal = 1e30f;
