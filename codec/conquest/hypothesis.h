@@ -55,13 +55,22 @@ class Surroundings {
   std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
                                    Tag tag_t);
 
-  /// Has what look() reads first brought near.
-  void foresee(const HalfEdgeMesh& mesh, std::uint32_t gate) const {
-    __builtin_prefetch(&face_[HalfEdgeMesh::face_of(gate)]);
-    __builtin_prefetch(&vertex_[mesh.apex(gate)]);
+  /// Has what look() reads first brought near. Distance 2: what the gate's own face tells; 1: what lies beyond.
+  void foresee(const HalfEdgeMesh& mesh, std::uint32_t gate, unsigned distance) const {
+    if (distance > 1) {
+      __builtin_prefetch(&face_[HalfEdgeMesh::face_of(gate)]);
+      __builtin_prefetch(&vertex_[mesh.apex(gate)]);
+    }
     for (const std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
       const std::uint32_t across = mesh.opposite(inner);
-      mesh.foresee(across);
+      if (across == kNone) continue;
+      if (distance > 1) {
+        mesh.foresee(across);
+        continue;
+      }
+      __builtin_prefetch(&vertex_[mesh.apex(across)]);
+      mesh.foresee(mesh.opposite(HalfEdgeMesh::next(across)));
+      mesh.foresee(mesh.opposite(HalfEdgeMesh::prev(across)));
       if (across < 3 * face_.size()) __builtin_prefetch(&face_[HalfEdgeMesh::face_of(across)]);
     }
   }
