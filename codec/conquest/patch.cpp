@@ -31,12 +31,9 @@ int star_valence(const Patch& patch, unsigned i) {
 }
 
 void change_valences(HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation, int sign) {
-  std::array<int, kMaxPatchSize> change{};
-  for (unsigned i = 0; i < patch.size; ++i) change[i] = star_valence(patch, i);
-  for (unsigned k = 0; k < triangulation.triangles; ++k) {
-    for (std::uint8_t corner : triangulation.corner[k]) --change[corner];
+  for (unsigned i = 0; i < patch.size; ++i) {
+    mesh.change_face_valence(patch.ring[i], sign * (star_valence(patch, i) - triangulation.faces_at[i]));
   }
-  for (unsigned i = 0; i < patch.size; ++i) mesh.change_face_valence(patch.ring[i], sign * change[i]);
 }
 
 }  // namespace
@@ -171,11 +168,11 @@ void insert_centre(HalfEdgeMesh& mesh, Patch& patch, const Triangulation& triang
   for (unsigned i = 0; i < patch.size; ++i) {
     if (i == patch.closing) continue;
     const std::uint32_t face = patch.slots[slot++];
-    mesh.set_face(face, patch.ring[i], patch.ring[(i + 1) % patch.size], centre);
+    mesh.set_face(face, patch.ring[i], patch.ring[i + 1 < patch.size ? i + 1 : 0], centre);
     ring_halfedge[i] = 3 * face;
   }
   for (unsigned i = 0; i < patch.size; ++i) {
-    const unsigned after = (i + 1) % patch.size;
+    const unsigned after = i + 1 < patch.size ? i + 1 : 0;
     if (i == patch.closing) {
       mesh.link(ring_halfedge[after] + 2, kNone);  // centre -> a
     } else if (after == patch.closing) {
