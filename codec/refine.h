@@ -37,6 +37,7 @@ class InsertingDriver {
         source_(source),
         surroundings_(state.mesh, state.points, kind, state.models.symbol.begin_pass(state.mesh.vertex_count())) {}
 
+  void foresee(std::uint32_t gate, unsigned distance) const { surroundings_.foresee(state_.mesh, gate, distance); }
   void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
 
   Symbol decide(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {

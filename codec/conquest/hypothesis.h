@@ -28,19 +28,20 @@ using SymbolInputs = Lanes<kSymbolInputs>;
 /// Rows of the models' tables: null, 3 to 6, border patches.
 inline constexpr std::size_t kSymbolRows = 5 + kBorderSymbols;
 
+/// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
+inline constexpr std::size_t kVertexStates = 4 * 10;
+inline constexpr std::uint8_t kNoVertex = kVertexStates;  ///< where there are fewer
+
 struct Hypothesis {
   Symbol symbol = kNull;
   std::uint8_t row = 0;
-  std::uint8_t vertices = 0;                        ///< of the patch's ring or the null patch's face
-  std::array<std::uint8_t, kMaxPatchSize> state{};  ///< of each afterwards: how open it is, its valence
-  SymbolInputs input;                               ///< features, see hypothesis.cpp
-  Patch patch;                                      ///< unless it is the null patch
-  float log_area = 0;                               ///< expected of each of its new faces
-  float log_spoke = 0;                              ///< expected of its new edges
+  /// Of each vertex of the patch's ring or the null patch's face afterwards: how open it is, its valence.
+  std::array<std::uint8_t, kMaxPatchSize> state{};
+  SymbolInputs input;   ///< features, see hypothesis.cpp
+  Patch patch;          ///< unless it is the null patch
+  float log_area = 0;   ///< expected of each of its new faces
+  float log_spoke = 0;  ///< expected of its new edges
 };
-
-/// States of a vertex after a decision: faces at it that are still undecided (0, 1, 2, more) and valence.
-inline constexpr std::size_t kVertexStates = 4 * 10;
 
 /// What one pass knows of the coarse faces and of those that are refined already. One object serves one pass.
 class Surroundings {
@@ -53,6 +54,26 @@ class Surroundings {
   /// holds until the next call. [constant]
   std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
                                    Tag tag_t);
+
+  /// Has what look() reads first brought near. Distance 2: what the gate's own face tells; 1: what lies beyond.
+  void foresee(const HalfEdgeMesh& mesh, std::uint32_t gate, unsigned distance) const {
+    if (distance > 1) {
+      __builtin_prefetch(&face_[HalfEdgeMesh::face_of(gate)]);
+      __builtin_prefetch(&vertex_[mesh.apex(gate)]);
+    }
+    for (const std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
+      const std::uint32_t across = mesh.opposite(inner);
+      if (across == kNone) continue;
+      if (distance > 1) {
+        mesh.foresee(across);
+        continue;
+      }
+      __builtin_prefetch(&vertex_[mesh.apex(across)]);
+      mesh.foresee(mesh.opposite(HalfEdgeMesh::next(across)));
+      mesh.foresee(mesh.opposite(HalfEdgeMesh::prev(across)));
+      if (across < 3 * face_.size()) __builtin_prefetch(&face_[HalfEdgeMesh::face_of(across)]);
+    }
+  }
 
   /// The gate's face stays as it is. Call it before anything is marked.
   void keep(const HalfEdgeMesh& mesh, std::uint32_t gate);
@@ -71,9 +92,16 @@ class Surroundings {
     Four position{};
     float log_area = 0;
     float log_length = 0;  // mean of a face's edges
+    std::uint16_t faces = 0;
+    std::uint16_t open = 0;     // faces that are undecided
+    std::uint16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
+    std::uint16_t brief = 0;    // of the two before, as far as outcomes depend on them
+  };
+  // Sums over the whole pass, fading.
+  struct Pass {
+    float log_area = 0;
+    float log_length = 0;  // mean of a face's edges
     float faces = 0;
-    std::uint16_t open = 0;    // faces that are undecided
-    std::int16_t valence = 0;  // in faces, a boundary vertex as if three more closed it
   };
   // Of the refined faces at the gate: what the features are measured in.
   struct Scale {
@@ -84,14 +112,14 @@ class Surroundings {
     float log_area_t = 0;
   };
 
-  static void add_face(Vertex& at, float log_area, float log_length) {
+  template <typename Sums>
+  static void add_face(Sums& at, float log_area, float log_length) {
     at.log_area += log_area;
     at.log_length += log_length;
-    at.faces += 1;
+    ++at.faces;
   }
-  static void close(Vertex& at, unsigned faces) {
-    at.open = static_cast<std::uint16_t>(at.open > faces ? at.open - faces : 0);
-  }
+  // `faces` of it were decided, its valence grew.
+  static void change(Vertex& at, unsigned faces, int growth);
   // Faces that the star of a patch has at ring vertex i.
   static int star_faces(const Patch& patch, unsigned i) {
     return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
@@ -112,7 +140,7 @@ class Surroundings {
   bool has_boundary_ = false;
   std::vector<FaceShape> face_;
   std::vector<Vertex> vertex_;
-  Vertex all_;  // sums over the whole pass, fading
+  Pass all_;
   std::array<Hypothesis, kSymbolRows> hypothesis_;
 };
 

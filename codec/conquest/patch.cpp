@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "codec/conquest/patch.h"
 
+#include "codec/conquest/triangulation_table.h"
+
 namespace pmcd::codec {
 namespace {
 
@@ -29,12 +31,9 @@ int star_valence(const Patch& patch, unsigned i) {
 }
 
 void change_valences(HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& triangulation, int sign) {
-  std::array<int, kMaxPatchSize> change{};
-  for (unsigned i = 0; i < patch.size; ++i) change[i] = star_valence(patch, i);
-  for (unsigned k = 0; k < triangulation.triangles; ++k) {
-    for (std::uint8_t corner : triangulation.corner[k]) --change[corner];
+  for (unsigned i = 0; i < patch.size; ++i) {
+    mesh.change_face_valence(patch.ring[i], sign * (star_valence(patch, i) - triangulation.faces_at[i]));
   }
-  for (unsigned i = 0; i < patch.size; ++i) mesh.change_face_valence(patch.ring[i], sign * change[i]);
 }
 
 }  // namespace
@@ -73,40 +72,62 @@ bool collect_star(const HalfEdgeMesh& mesh, std::uint32_t gate, Patch& patch) {
   return true;
 }
 
-bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation, unsigned closing,
-                     std::span<const std::uint8_t> face_marks, Patch& patch) {
-  patch.size = triangulation.size;
-  patch.closing = closing;
-  patch.centre = kNone;
-  patch.slot_count = triangulation.triangles;
-  std::array<std::uint32_t, 4> base{};  // half-edge of each triangle's face that has number 0 in the mesh ...
-  std::array<std::uint32_t, 4> turn{};  // ... and which of its edges the triangulation calls edge 0
-  auto edge_of = [&](unsigned k, unsigned e) {
-    const std::uint32_t corner = turn[k] + e;
-    return base[k] + (corner < 3 ? corner : corner - 3);
-  };
-  for (unsigned k = 0; k < triangulation.triangles; ++k) {
-    const auto& step = triangulation.step[k];
-    const std::uint32_t entry = k == 0 ? gate : mesh.opposite(edge_of(step.from_triangle, step.from_edge));
-    if (entry == kNone) return false;
+namespace {
+
+// For one triangulation, known when this is compiled: loops and tables vanish.
+template <unsigned kShape>
+bool collect(const HalfEdgeMesh& mesh, std::uint32_t gate, std::span<const std::uint8_t> face_marks, Patch& patch) {
+  constexpr const Triangulation& t = *kShapes[kShape];
+  std::array<std::array<std::uint32_t, 3>, 4> halfedge;  // of each triangle, from its entry on
+  auto take = [&]<std::size_t k>() {
+    std::uint32_t entry = gate;
+    if constexpr (k > 0) {
+      constexpr auto step = t.step[k];
+      constexpr unsigned from = (step.from_edge + 3u - t.step[step.from_triangle].entry_edge) % 3;
+      entry = mesh.opposite(halfedge[step.from_triangle][from]);
+      if (entry == kNone) return false;
+    }
     const std::uint32_t face = HalfEdgeMesh::face_of(entry);
     if (face_marks[face] != 0) return false;
     patch.slots[k] = face;
-    base[k] = 3 * face;
-    const std::uint32_t corner = entry - base[k] + 3 - step.entry_edge;
-    turn[k] = corner < 3 ? corner : corner - 3;
-    for (unsigned e = 0; e < 3; ++e) {
-      const std::uint32_t h = edge_of(k, e);
-      const std::uint8_t edge = triangulation.ring_edge[k][e];
-      patch.ring[triangulation.corner[k][e]] = mesh.origin(h);
-      if (edge == Triangulation::kDiagonal) continue;
-      patch.inside[edge] = base[k] + face + (h - base[k]);
-      patch.outside[edge] = mesh.opposite(h);
-    }
+    halfedge[k] = {entry, HalfEdgeMesh::next(entry), HalfEdgeMesh::prev(entry)};
+    auto name = [&]<std::size_t e>() {
+      const std::uint32_t h = halfedge[k][(e + 3u - t.step[k].entry_edge) % 3];
+      patch.ring[t.corner[k][e]] = mesh.origin(h);
+      if constexpr (t.ring_edge[k][e] != Triangulation::kDiagonal) {
+        patch.inside[t.ring_edge[k][e]] = h + face;
+        patch.outside[t.ring_edge[k][e]] = mesh.opposite(h);
+      }
+    };
+    name.template operator()<0>();
+    name.template operator()<1>();
+    name.template operator()<2>();
+    return true;
+  };
+  bool fits = take.template operator()<0>();
+  if constexpr (t.triangles > 1) fits = fits && take.template operator()<1>();
+  if constexpr (t.triangles > 2) fits = fits && take.template operator()<2>();
+  if constexpr (t.triangles > 3) fits = fits && take.template operator()<3>();
+  if (!fits) return false;
+  patch.size = t.size;
+  patch.closing = kNoClosing;
+  patch.centre = kNone;
+  patch.slot_count = t.triangles;
+  bool apart = true;
+  for (unsigned i = 0; i < t.apart_count; ++i) {
+    apart = apart && patch.ring[t.apart[i][0]] != patch.ring[t.apart[i][1]];
   }
-  for (unsigned i = 0; i < triangulation.apart_count; ++i) {
-    if (patch.ring[triangulation.apart[i][0]] == patch.ring[triangulation.apart[i][1]]) return false;
-  }
+  return apart;
+}
+
+}  // namespace
+
+bool collect_polygon(const HalfEdgeMesh& mesh, std::uint32_t gate, const Triangulation& triangulation, unsigned closing,
+                     std::span<const std::uint8_t> face_marks, Patch& patch) {
+  static constexpr std::array kCollect = {collect<0>, collect<1>, collect<2>, collect<3>,
+                                          collect<4>, collect<5>, collect<6>, collect<7>};
+  if (!kCollect[triangulation.shape](mesh, gate, face_marks, patch)) return false;
+  patch.closing = closing;
   return closing == kNoClosing || patch.outside[closing] == kNone;
 }
 
@@ -147,11 +168,11 @@ void insert_centre(HalfEdgeMesh& mesh, Patch& patch, const Triangulation& triang
   for (unsigned i = 0; i < patch.size; ++i) {
     if (i == patch.closing) continue;
     const std::uint32_t face = patch.slots[slot++];
-    mesh.set_face(face, patch.ring[i], patch.ring[(i + 1) % patch.size], centre);
+    mesh.set_face(face, patch.ring[i], patch.ring[i + 1 < patch.size ? i + 1 : 0], centre);
     ring_halfedge[i] = 3 * face;
   }
   for (unsigned i = 0; i < patch.size; ++i) {
-    const unsigned after = (i + 1) % patch.size;
+    const unsigned after = i + 1 < patch.size ? i + 1 : 0;
     if (i == patch.closing) {
       mesh.link(ring_halfedge[after] + 2, kNone);  // centre -> a
     } else if (after == patch.closing) {

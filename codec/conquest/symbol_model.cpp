@@ -18,7 +18,10 @@ SymbolModel::SymbolModel() {
     linear_[r] = network.row[r].linear;
     output_[r] = network.row[r].output;
   }
-  state_ = network.state;
+  for (std::size_t kind = 0; kind < 2; ++kind) {
+    std::copy(network.state[kind].begin(), network.state[kind].end(), state_[kind].begin());
+    state_[kind][kNoVertex] = 0;
+  }
 }
 
 void SymbolModel::weigh(std::span<const Hypothesis> hypotheses, std::size_t state, std::size_t parent,
@@ -27,24 +30,37 @@ void SymbolModel::weigh(std::span<const Hypothesis> hypotheses, std::size_t stat
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const Hypothesis& h = hypotheses[i];
     const SymbolNetwork::Row& row = network.row[h.row];
-    std::array<Four, kHiddenUnits / 4> sum;
-    for (std::size_t q = 0; q < sum.size(); ++q) {
-      sum[q] = load_four(&row.by_state[state].value[4 * q]) + load_four(&row.by_parent[parent].value[4 * q]);
-    }
-    for (std::size_t j = 0; j < kSymbolInputs; ++j) {
-      const float input = h.input.value[j];
-      for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += input * load_four(&row.hidden[j].value[4 * q]);
+    constexpr std::size_t kFours = kHiddenUnits / 4;
+    std::array<FourInts, kFours> sum{};
+    auto add = [&]<int k>(FourInts pairs, const std::array<FourInts, kFours>& weights) {
+      const FourInts pair = __builtin_shufflevector(pairs, pairs, k, k, k, k);
+      for (std::size_t q = 0; q < kFours; ++q) sum[q] += dot_pairs(pair, weights[q]);
+    };
+    for (std::size_t g = 0; g < kSymbolInputs / 8; ++g) {
+      const Four low = SymbolNetwork::kInputScale * load_four(&h.input.value[8 * g]);
+      const Four high = SymbolNetwork::kInputScale * load_four(&h.input.value[8 * g + 4]);
+      const FourInts pairs = pairs_of(__builtin_convertvector(low, FourInts), __builtin_convertvector(high, FourInts));
+      add.template operator()<0>(pairs, row.hidden[4 * g]);
+      add.template operator()<1>(pairs, row.hidden[4 * g + 1]);
+      add.template operator()<2>(pairs, row.hidden[4 * g + 2]);
+      add.template operator()<3>(pairs, row.hidden[4 * g + 3]);
     }
     Four output{};
-    for (std::size_t q = 0; q < sum.size(); ++q) {
-      const Four unit = sum[q] > 0.0f ? sum[q] : Four{};
+    for (std::size_t q = 0; q < kFours; ++q) {
+      const Four all = SymbolNetwork::kHiddenScale * __builtin_convertvector(sum[q], Four) +
+                       (load_four(&row.by_state[state].value[4 * q]) + load_four(&row.by_parent[parent].value[4 * q]));
+      const Four unit = larger(all, Four{});
       store_four(&weighed.hidden[i].value[4 * q], unit);
       output += unit * load_four(&output_[h.row].value[4 * q]);
     }
-    float score = dot(linear_[h.row], h.input) + sum_of(output);
+    for (std::size_t j = 0; j < kSymbolInputs; j += 4) {
+      output += load_four(&linear_[h.row].value[j]) * load_four(&h.input.value[j]);
+    }
     const auto& of_state = state_[h.row == 0 ? 0 : 1];
-    for (std::size_t k = 0; k < h.vertices; ++k) score += of_state[h.state[k]];
-    weighed.share[i] = std::clamp(score, -60.0f, 60.0f);
+    const float states =
+        ((of_state[h.state[0]] + of_state[h.state[1]]) + (of_state[h.state[2]] + of_state[h.state[3]])) +
+        (of_state[h.state[4]] + of_state[h.state[5]]);
+    weighed.share[i] = std::clamp(sum_of(output) + states, -60.0f, 60.0f);
   }
   softmax(weighed.share.data(), hypotheses.size());
 }
@@ -56,7 +72,8 @@ void SymbolModel::learn(std::span<const Hypothesis> hypotheses, const Weighed& w
     add_scaled(linear_[h.row], kLinearRate * error, h.input);
     add_scaled(output_[h.row], kOutputRate * error, weighed.hidden[i]);
     auto& of_state = state_[h.row == 0 ? 0 : 1];
-    for (std::size_t k = 0; k < h.vertices; ++k) of_state[h.state[k]] += kStateRate * error;
+    for (const std::uint8_t k : h.state) of_state[k] += kStateRate * error;
+    of_state[kNoVertex] = 0;
   }
 }
 

@@ -48,7 +48,7 @@ class SymbolModel {
  private:
   // Of the hypotheses at one gate.
   struct Weighed {
-    std::array<float, kSymbolRows> share;
+    alignas(16) std::array<float, (kSymbolRows + 3) / 4 * 4> share;
     std::array<HiddenLanes, kSymbolRows> hidden;
   };
 
@@ -76,7 +76,7 @@ class SymbolModel {
   std::uint32_t before_ = 0;
   std::array<SymbolInputs, kSymbolRows> linear_;
   std::array<HiddenLanes, kSymbolRows> output_;
-  std::array<std::array<float, kVertexStates>, 2> state_;  // null patches, others
+  std::array<std::array<float, kVertexStates + 1>, 2> state_;  // null patches, others; kNoVertex weighs nothing
 };
 
 }  // namespace pmcd::codec

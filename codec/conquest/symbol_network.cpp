@@ -8,6 +8,12 @@ float weight(std::int16_t stored) {
   return static_cast<float>(stored) * (1.0f / SymbolWeights::kScale);
 }
 
+// The four units with unit q.
+FourInts load_units(const std::array<std::int16_t, kHiddenUnits>& stored, std::size_t q) {
+  const std::size_t first = q / 4 * 4;
+  return FourInts{stored[first], stored[first + 1], stored[first + 2], stored[first + 3]};
+}
+
 using GateFeatures = std::array<float, kGateFeatures>;
 
 // The inverse of SymbolModel's gate_state.
@@ -47,7 +53,9 @@ SymbolNetwork make() {
     for (std::size_t j = 0; j < kSymbolInputs; ++j) {
       row.linear.value[j] = weight(kSymbolWeights.linear[r][j]);
       for (std::size_t q = 0; q < kHiddenUnits; ++q) {
-        row.hidden[j].value[q] = weight(kSymbolWeights.hidden[r][j][q]);
+        const std::size_t low = j / 8 * 8 + j % 4;
+        row.hidden[j / 8 * 4 + j % 4][q / 4] =
+            pairs_of(load_units(kSymbolWeights.hidden[r][low], q), load_units(kSymbolWeights.hidden[r][low + 4], q));
       }
     }
     for (std::size_t q = 0; q < kHiddenUnits; ++q) row.output.value[q] = weight(kSymbolWeights.output[r][q]);

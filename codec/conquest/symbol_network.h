@@ -36,8 +36,12 @@ extern const SymbolWeights kSymbolWeights;
 
 /// Ready for use, with the gate's part summed for each of its states.
 struct SymbolNetwork {
+  // Inputs in 16 bits: all that is summed of one unit stays below 2^31.
+  static constexpr float kInputScale = 2048.0f;
+  static constexpr float kHiddenScale = 1.0f / (kInputScale * SymbolWeights::kScale);
   struct Row {
-    std::array<HiddenLanes, kSymbolInputs> hidden;
+    /// Of input 8 g + k and, as the upper half, 8 g + 4 + k by four units at a time: [4 g + k][unit / 4].
+    std::array<std::array<FourInts, kHiddenUnits / 4>, kSymbolInputs / 2> hidden;
     std::array<HiddenLanes, kGateStates> by_state;
     std::array<HiddenLanes, kParents> by_parent;
     HiddenLanes output;   ///< start of what adapts

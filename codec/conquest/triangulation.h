@@ -22,6 +22,7 @@ struct Triangulation {
     std::uint8_t from_edge = 0;      ///< ... and the edge of it across which this one lies
     std::uint8_t entry_edge = 0;     ///< the same edge as this triangle numbers it
   };
+  std::uint8_t shape = 0;      ///< alike for all with the same triangles, below 8
   std::uint8_t size = 0;       ///< vertices of the polygon
   std::uint8_t triangles = 0;  ///< size - 2
   /// Corners as ring numbers; edge e of a triangle runs from corner e to corner e + 1.

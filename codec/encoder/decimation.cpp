@@ -38,6 +38,7 @@ class RemovingDriver {
     return symbol;
   }
 
+  void foresee(std::uint32_t /*gate*/, unsigned /*distance*/) const {}
   void step_over(std::uint32_t /*gate*/) {}
 
  private:

@@ -11,6 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace pmcd::codec {
 
@@ -32,21 +35,23 @@ inline float fast_exp2(float x) {
   return power * (1.0f + t * (0.69580f + t * (0.22606f + t * 0.07814f)));
 }
 
-/// Scores (log2 of odds) -> probabilities, in place. REQUIRES: count > 0, finite scores.
-inline void softmax(float* score, std::size_t count) {
-  float most = score[0];
-  for (std::size_t i = 1; i < count; ++i) most = std::max(most, score[i]);
-  float sum = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    score[i] = fast_exp2(std::max(score[i] - most, -30.0f));
-    sum += score[i];
-  }
-  const float share = 1.0f / sum;
-  for (std::size_t i = 0; i < count; ++i) score[i] *= share;
-}
-
 /// Four floats at a time; every lane does what a single float would, so the order of operations stays fixed.
 using Four = float __attribute__((vector_size(16)));
+
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+
+/// A pair of 16-bit integers in each lane, `low` below `high`. REQUIRES: both fit.
+inline FourInts pairs_of(FourInts low, FourInts high) {
+  return (low & 0xFFFF) | (high << 16);
+}
+/// Lane by lane: product of the low integers plus that of the high ones. Integers, so that both ways are the same.
+inline FourInts dot_pairs(FourInts a, FourInts b) {
+#ifdef __SSE2__
+  return reinterpret_cast<FourInts>(_mm_madd_epi16(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
+#else
+  return ((a << 16) >> 16) * ((b << 16) >> 16) + (a >> 16) * (b >> 16);
+#endif
+}
 
 inline Four load_four(const float* from) {
   Four four;
@@ -55,6 +60,22 @@ inline Four load_four(const float* from) {
 }
 inline void store_four(float* to, Four four) {
   std::memcpy(to, &four, sizeof four);
+}
+/// The larger in each lane, b where they do not compare; one instruction.
+inline Four larger(Four a, Four b) {
+#ifdef __SSE2__
+  return _mm_max_ps(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+/// The smaller in each lane, b where they do not compare.
+inline Four smaller(Four a, Four b) {
+#ifdef __SSE2__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
 }
 inline float sum_of(Four four) {
   return (four[0] + four[1]) + (four[2] + four[3]);
@@ -83,7 +104,6 @@ void add_scaled(Lanes<kCount>& a, float k, const Lanes<kCount>& b) {
 
 /// log2 of each, within 0.001. REQUIRES: positive and normal.
 inline Four fast_log2(Four x) {
-  using FourInts = std::int32_t __attribute__((vector_size(16)));
   FourInts bits;
   std::memcpy(&bits, &x, sizeof bits);
   const Four exponent = __builtin_convertvector((bits >> 23) - 127, Four);
@@ -92,6 +112,34 @@ inline Four fast_log2(Four x) {
   std::memcpy(&t, &mantissa, sizeof t);
   t -= 1.0f;
   return exponent + t * (1.4391f + t * (-0.6785f + t * (0.3202f + t * -0.0808f)));
+}
+
+/// 2^x within 0.02 %. REQUIRES: -100 <= x <= 100.
+inline Four fast_exp2(Four x) {
+  const FourInts shifted = __builtin_convertvector(x + 128.0f, FourInts);  // floor: the sum is positive
+  const Four t = x + 128.0f - __builtin_convertvector(shifted, Four);
+  const FourInts bits = (shifted - 1) << 23;
+  Four power;
+  std::memcpy(&power, &bits, sizeof power);
+  return power * (1.0f + t * (0.69580f + t * (0.22606f + t * 0.07814f)));
+}
+
+/// Scores (log2 of odds) -> probabilities, in place. REQUIRES: count > 0, finite scores, room for a multiple of four;
+/// what lies beyond `count` is overwritten.
+inline void softmax(float* score, std::size_t count) {
+  float most = score[0];
+  for (std::size_t i = 1; i < count; ++i) most = std::max(most, score[i]);
+  for (std::size_t i = count; i % 4 != 0; ++i) score[i] = -1000.0f;
+  Four sums{};
+  for (std::size_t i = 0; i < count; i += 4) {
+    Four four = load_four(score + i) - most;
+    four = larger(four, Four{} - 30.0f);
+    four = fast_exp2(four);
+    store_four(score + i, four);
+    sums += four;
+  }
+  const Four share = Four{} + 1.0f / sum_of(sums);
+  for (std::size_t i = 0; i < count; i += 4) store_four(score + i, load_four(score + i) * share);
 }
 
 }  // namespace pmcd::codec

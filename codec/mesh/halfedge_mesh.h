@@ -46,6 +46,11 @@ class HalfEdgeMesh {
   /// The next half-edge that leaves origin(h), turning left; kNone at the boundary.
   [[nodiscard]] std::uint32_t turn_left(std::uint32_t h) const { return halfedge_[prev(h)].opposite; }
 
+  /// Has the face of h brought near, for a walk that comes there soon. h may be kNone.
+  void foresee(std::uint32_t h) const {
+    if (h != kNone) __builtin_prefetch(&halfedge_[h]);
+  }
+
   /// Whether a and b share an edge. [the smaller of their valences]
   [[nodiscard]] bool has_edge(std::uint32_t a, std::uint32_t b) const;
   /// The half-edge from a to b, kNone if there is none. [valence of a]

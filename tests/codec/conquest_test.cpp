@@ -460,7 +460,7 @@ void expect_sound_hypotheses(const TriangleMesh& mesh, const std::vector<Lattice
     for (const Hypothesis& h : all) {
       EXPECT_TRUE(symbols.insert(h.symbol).second);
       ASSERT_LT(h.row, kSymbolRows);
-      for (std::size_t k = 0; k < h.vertices; ++k) ASSERT_LT(h.state[k], kVertexStates);
+      for (const std::uint8_t state : h.state) ASSERT_LE(state, kNoVertex);
       for (float input : h.input.value) ASSERT_LE(std::abs(input), 4);  // not so for a NaN
     }
   }
