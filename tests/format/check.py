@@ -1,63 +1,78 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A second decoder against the golden packets: what docs/FORMAT.md says is enough to decode a base packet.
+"""A second decoder against the golden packets: whether what docs/FORMAT.md says is right and enough.
 
 The modules beside this one are written from the document, not from the codec, in plain Python and without regard to speed; they
 check form and hashes, and are no example of how to survive hostile input.
 
 usage: check.py base file.pmcd ...    each file's base packet
+       check.py all file.pmcd ...     all packets, but not the exactness section
 """
 import sys
 from base import BaseMesh
 from container import BaseHeader, Bytes, level_hash, split_file
-from stream import Damaged, Reader, Signed
+from mesh import Mesh
+from refine import State, middle, read_refinement
+from stream import Damaged, Reader
 
 
-def middle(cell, shift):
-    return tuple((c << (shift + 1)) + (1 << shift) - 1 for c in cell)
-
-
-def read_isolated(reader, models, base, points, limit):
+def read_isolated(state, reader, limit):
     if not reader.raw(1):
         return
     count = reader.raw(32)
-    if len(points) + count > limit:
+    if len(state.mesh.points) + count > limit:
         raise Damaged("isolated vertices")
-    index = [base.most // 2] * 3
+    index = [state.base.most // 2] * 3
     for _ in range(count):
-        index = [i + model.read(reader) for i, model in zip(index, models)]
-        if not all(0 <= i <= base.most for i in index):
+        index = [i + model.read(reader) for i, model in zip(index, state.isolated)]
+        if not all(0 <= i <= state.base.most for i in index):
             raise Damaged("an isolated vertex leaves the lattice")
-        points.append(tuple(2 * i for i in index))
+        state.mesh.add_vertex(tuple(2 * i for i in index))
 
 
-def check_base(path):
-    with open(path, "rb") as file:
-        packet = split_file(file.read())[0]
+def read_base(packet):
     data = Bytes(packet.payload)
     base = BaseHeader(data)
     reader = Reader(packet.payload[data.at:])
     mesh = BaseMesh(reader, base, packet)
     points = [middle(cell, mesh.shift) for cell in mesh.cells]
-    read_isolated(reader, [Signed() for _ in range(3)], base, points, packet.vertices)
-    if (len(points), len(mesh.faces)) != (packet.vertices, packet.faces):
-        raise Damaged("other counts than the header's")
+    return State(base, Mesh(mesh.faces, points), mesh.shift, mesh.seeds, mesh.structured), reader
+
+
+def check_level(state, reader, packet):
+    """What follows a mesh, and whether it is the promised one. Answers a line about it."""
+    mesh = state.mesh
+    read_isolated(state, reader, packet.vertices)
+    if (len(mesh.points), len(mesh.faces)) != (packet.vertices, packet.faces):
+        raise Damaged(f"level {packet.level}: other counts than the header's")
+    line = f"level {packet.level}: {packet.vertices} vertices, {packet.faces} faces"
     if reader.raw(1):
-        return f"{packet.vertices} vertices, {packet.faces} faces; exactness is not read here"
+        return line + "; exactness is not read here"
     reader.finish()
-    value = level_hash(base, points, mesh.faces, [])
+    value = level_hash(state.base, mesh.points, mesh.faces, [])
     if value & ((1 << 8 * packet.hash_bytes) - 1) != packet.hash:
-        raise Damaged("the hash differs")
-    return f"{packet.vertices} vertices, {packet.faces} faces, hash {value:016x}"
+        raise Damaged(f"level {packet.level}: the hash differs")
+    return line + f", hash {value:016x}"
+
+
+def check(path, only_base):
+    with open(path, "rb") as file:
+        packets = split_file(file.read())
+    state, reader = read_base(packets[0])
+    print(f"{path}: {check_level(state, reader, packets[0])}")
+    for packet in packets[1:] if not only_base else []:
+        reader = Reader(packet.payload)
+        read_refinement(state, reader, packet)
+        print(f"{path}: {check_level(state, reader, packet)}")
 
 
 def main():
-    if len(sys.argv) < 3 or sys.argv[1] != "base":
+    if len(sys.argv) < 3 or sys.argv[1] not in ("base", "all"):
         sys.exit(__doc__)
     failed = False
     for path in sys.argv[2:]:
         try:
-            print(f"{path}: {check_base(path)}")
+            check(path, sys.argv[1] == "base")
         except Damaged as what:
             print(f"{path}: {what}")
             failed = True
