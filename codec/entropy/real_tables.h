@@ -92,8 +92,8 @@ class LogisticTable {
     const FourInts position = __builtin_convertvector(t * static_cast<float>(32 << kFractionBits), FourInts);
     const FourInts step = position >> kFractionBits;
     const FourInts fraction = position & ((1 << kFractionBits) - 1);
-    const FourInts low{kTable[step[0]], kTable[step[1]], kTable[step[2]], kTable[step[3]]};
-    const FourInts rise{kRise[step[0]], kRise[step[1]], kRise[step[2]], kRise[step[3]]};
+    const FourInts low = look_up(kTable, step);
+    const FourInts rise = look_up(kRise, step);
     return low + ((rise * fraction) >> kFractionBits);
   }
 
@@ -120,6 +120,12 @@ class LogisticTable {
     for (std::size_t i = 0; i < kSteps; ++i) rise[i] = kTable[i + 1] - kTable[i];
     return rise;
   }();
+
+  template <typename Table>
+  static FourInts look_up(const Table& table, FourInts step) {
+    auto at_lane = [&](int lane) { return table[static_cast<std::size_t>(step[lane])]; };
+    return FourInts{at_lane(0), at_lane(1), at_lane(2), at_lane(3)};
+  }
 };
 
 }  // namespace pmcd::codec

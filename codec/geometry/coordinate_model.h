@@ -25,7 +25,6 @@ class CoordinateModel {
  public:
   CoordinateModel() {
     for (auto& of_order : weights_) of_order.fill({0.3f, 0.5f, 0.2f});
-    for (auto& of_kind : spike_weights_) of_kind.fill(0.03f);
   }
 
   /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated[k]` is a
@@ -114,7 +113,7 @@ class CoordinateModel {
   static constexpr int kLowest = 6;  // spreads below 2^-3 cells share a class
 
   std::array<std::array<Mixture::Weights, kClasses>, 3> weights_;
-  std::array<std::array<float, kSpikeContexts>, Mixture::kSpikes> spike_weights_;
+  std::array<std::array<Mixture::SpikeWeights, kSpikeContexts>, Mixture::kSpikes> spike_weights_;
   UnsignedModel beyond_;
 };
 

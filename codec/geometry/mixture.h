@@ -20,6 +20,11 @@ class Mixture {
   static constexpr std::size_t kSpikes = 3;
   static constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread; the fourth is not used
   using Weights = std::array<float, kWidths>;             // sum 1
+  /// Of all mass: what stands on a spike's value, and what lies about it within a rounding or two.
+  struct SpikeWeights {
+    float exact = 0.03f;
+    float near = 0.03f;
+  };
 
   /// About `mean` with `spread`, in cells. `weights` is learnt from and must outlive the mixture.
   Mixture(double mean, float spread, Weights& weights) : mean_(mean), weights_(weights) {
@@ -30,14 +35,13 @@ class Mixture {
     for (std::size_t k = 0; k < kWidths; ++k) share_[k] = static_cast<std::uint32_t>(weights[k] * 65535.0f);
   }
 
-  /// A part of the mass, `weight` of it and some at least, stands on one value.
-  void add_spike(std::int32_t value, float& weight) {
-    constexpr float kLeast = 0.0004f;
+  /// A part of the mass, `weights` of it and some at least, stands on one value and near it.
+  void add_spike(std::int32_t value, SpikeWeights& weights) {
     Spike& spike = spikes_[spike_count_++];
     spike.at = value;
-    spike.learnt = &weight;
-    spike.share = static_cast<std::uint32_t>((weight < kLeast ? kLeast : weight) * static_cast<float>(body_));
-    body_ -= spike.share;
+    spike.learnt = &weights;
+    spike.exact = part_of_body(weights.exact);
+    spike.near = part_of_body(weights.near);
   }
 
   [[nodiscard]] double mean() const { return mean_; }
@@ -51,8 +55,10 @@ class Mixture {
     for (std::size_t k = 0; k < kWidths; ++k) mass += std::uint64_t{share_[k]} * static_cast<std::uint32_t>(parts[k]);
     if (spike_count_ == 0) return static_cast<std::uint32_t>(mass >> 16);
     mass = (mass >> 16) * body_;
+    const auto nearby = near_below(x);
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      if (x > spikes_[k].at) mass += std::uint64_t{spikes_[k].share} << 24;
+      if (x > spikes_[k].at) mass += std::uint64_t{spikes_[k].exact} << 24;
+      mass += std::uint64_t{spikes_[k].near} * static_cast<std::uint32_t>(nearby[k]);
     }
     return static_cast<std::uint32_t>(mass >> 16);
   }
@@ -81,24 +87,47 @@ class Mixture {
     for (std::size_t k = 0; k < kWidths; ++k) weights_[k] += kRate * (part[k] * share - weights_[k]);
     if (spike_count_ == 0) return;
 
+    const auto nearby = near_below(to) - near_below(from);
+    std::array<float, kSpikes> exact{};
+    std::array<float, kSpikes> near{};
     float total = sum * static_cast<float>(body_);
-    auto hit = [&](const Spike& spike) { return spike.at > from && spike.at < to; };
-    auto of_spike = [](const Spike& spike) { return static_cast<float>(spike.share) * 16777216.0f; };
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      if (hit(spikes_[k])) total += of_spike(spikes_[k]);
+      const Spike& spike = spikes_[k];
+      if (spike.at > from && spike.at < to) exact[k] = static_cast<float>(spike.exact) * 16777216.0f;
+      near[k] = static_cast<float>(spike.near) * static_cast<float>(nearby[k]);
+      total += exact[k] + near[k];
     }
+    const float part_of_total = 1 / total;
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      const float likely = hit(spikes_[k]) ? of_spike(spikes_[k]) / total : 0;
-      *spikes_[k].learnt += kSpikeRate * (likely - *spikes_[k].learnt);
+      SpikeWeights& weights = *spikes_[k].learnt;
+      weights.exact += kSpikeRate * (exact[k] * part_of_total - weights.exact);
+      weights.near += kSpikeRate * (near[k] * part_of_total - weights.near);
     }
   }
 
  private:
   struct Spike {
     double at = 0;
-    std::uint32_t share = 0;  // of 2^16
-    float* learnt = nullptr;
+    std::uint32_t exact = 0;  // of 2^16
+    std::uint32_t near = 0;
+    SpikeWeights* learnt = nullptr;
   };
+
+  std::uint32_t part_of_body(float weight) {
+    constexpr float kLeast = 0.0004f;
+    const auto part = static_cast<std::uint32_t>((weight < kLeast ? kLeast : weight) * static_cast<float>(body_));
+    body_ -= part;
+    return part;
+  }
+
+  [[nodiscard]] LogisticTable::FourInts near_below(double x) const {
+    constexpr float kNarrowness = 2.2f;  // a width of 0.45 cells
+    Four distance{};
+    for (int k = 0; k < static_cast<int>(kSpikes); ++k) {
+      distance[k] = static_cast<float>(x - spikes_[static_cast<std::size_t>(k)].at);
+    }
+    return LogisticTable::at(distance * kNarrowness);
+  }
 
   double mean_;
   double reach_ = 0;
