@@ -6,11 +6,12 @@ The modules beside this one are written from the document, not from the codec, i
 check form and hashes, and are no example of how to survive hostile input.
 
 usage: check.py base file.pmcd ...    each file's base packet
-       check.py all file.pmcd ...     all packets, but not the exactness section
+       check.py all file.pmcd ...     all packets
 """
 import sys
 from base import BaseMesh
 from container import BaseHeader, Bytes, level_hash, split_file
+from exactness import position, read_exactness
 from mesh import Mesh
 from refine import State, middle, read_refinement
 from stream import Damaged, Reader
@@ -45,14 +46,16 @@ def check_level(state, reader, packet):
     read_isolated(state, reader, packet.vertices)
     if (len(mesh.points), len(mesh.faces)) != (packet.vertices, packet.faces):
         raise Damaged(f"level {packet.level}: other counts than the header's")
-    line = f"level {packet.level}: {packet.vertices} vertices, {packet.faces} faces"
-    if reader.raw(1):
-        return line + "; exactness is not read here"
+    lifted = reader.raw(1)
+    if lifted != (state.base.lossless and not state.base.exact and packet.last and packet.vertices > 0):
+        raise Damaged(f"level {packet.level}: exactness where it does not belong, or none where it does")
+    exact = read_exactness(reader, state.base, mesh.points) if lifted else []
     reader.finish()
-    value = level_hash(state.base, mesh.points, mesh.faces, [])
+    value = level_hash(state.base, mesh.points, mesh.faces, exact)
     if value & ((1 << 8 * packet.hash_bytes) - 1) != packet.hash:
         raise Damaged(f"level {packet.level}: the hash differs")
-    return line + f", hash {value:016x}"
+    state.positions_of_level = exact or [position(state.base, point) for point in mesh.points]
+    return f"level {packet.level}: {packet.vertices} vertices, {packet.faces} faces, hash {value:016x}"
 
 
 def check(path, only_base):

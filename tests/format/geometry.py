@@ -188,23 +188,31 @@ class Mixture:
         self.share = [int(f(w * 65535)) for w in weights]
         self.body = 65536
         self.spikes = []
-        for value, table, context in spikes:
-            share = int(f(max(table[context], constant(0.0004)) * f(self.body)))
-            self.body -= share
-            self.spikes.append((value, table, context, share))
+        for value, weights in spikes:
+            self.spikes.append((value, weights, self.part_of_body(weights[0]), self.part_of_body(weights[1])))
+
+    def part_of_body(self, weight):
+        part = int(f(max(weight, constant(0.0004)) * f(self.body)))
+        self.body -= part
+        return part
 
     def parts(self, x):
         t = f(x - self.centre)
         return [logistic(f(t * v)) for v in self.inverse]
+
+    @staticmethod
+    def near(x, value):
+        return logistic(f(f(x - value) * constant(2.2)))
 
     def below(self, x):
         mass = sum(s * p for s, p in zip(self.share, self.parts(x))) >> 16
         if not self.spikes:
             return mass
         mass *= self.body
-        for value, _, _, share in self.spikes:
+        for value, _, exact, near in self.spikes:
             if value < x:
-                mass += share << 24
+                mass += exact << 24
+            mass += near * self.near(x, value)
         return mass >> 16
 
     def learn(self, start, end):
@@ -217,24 +225,28 @@ class Mixture:
         if not self.spikes:
             return
         total = f(total * f(self.body))
-        for value, _, _, share in self.spikes:
-            if start < value < end:
-                total = f(total + f(f(share) * 16777216.0))
-        for value, table, context, share in self.spikes:
-            e = f(f(f(share) * 16777216.0) / total) if start < value < end else 0.0
-            table[context] = f(table[context] + f(constant(0.03) * f(e - table[context])))
+        gains = []
+        for value, _, exact, near in self.spikes:
+            e = f(f(exact) * 16777216.0) if start < value < end else 0.0
+            h = f(f(near) * f(self.near(end, value) - self.near(start, value)))
+            total = f(total + f(e + h))
+            gains.append((e, h))
+        share = f(1 / total)
+        for (_, weights, _, _), gain in zip(self.spikes, gains):
+            for i in range(2):
+                weights[i] = f(weights[i] + f(constant(0.03) * f(f(gain[i] * share) - weights[i])))
 
 
 class Coordinates:
     def __init__(self):
         self.weights = [[[constant(0.3), 0.5, constant(0.2)] for _ in range(20)] for _ in range(3)]
-        self.spikes = [[constant(0.03)] * 96 for _ in range(3)]
+        self.spikes = [[[constant(0.03)] * 2 for _ in range(96)] for _ in range(3)]
         self.beyond = Unsigned()
 
     def mixture(self, centre, spread, order, spikes):
         half_octave = int(f(f(2 * log2(spread)) + 64)) - 58
         return Mixture(centre, spread, self.weights[order][min(max(half_octave, 0), 19)],
-                       [(value, self.spikes[kind], context) for kind, (value, context) in enumerate(spikes)])
+                       [(value, self.spikes[kind][context]) for kind, (value, context) in enumerate(spikes)])
 
     def read(self, reader, mixture, most):
         b = 0

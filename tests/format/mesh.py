@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Faces, half-edges, rings and sums about vertices, written from docs/FORMAT.md alone ("Mesh", "What is known of each vertex")."""
-from base import cross, sub
 from single import f
+from vectors import cross, sub
 
 BITS32 = (1 << 32) - 1
 
