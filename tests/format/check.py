@@ -3,12 +3,16 @@
 """A second decoder against the golden packets: whether what docs/FORMAT.md says is right and enough.
 
 The modules beside this one are written from the document, not from the codec, in plain Python and without regard to speed; they
-check form and hashes, and are no example of how to survive hostile input.
+check form and hashes, and are no example of how to survive hostile input. If a levels.txt stands beside a file, what was decoded
+is compared with it, too.
 
 usage: check.py base file.pmcd ...    each file's base packet
        check.py all file.pmcd ...     all packets
 """
+import pathlib
+import struct
 import sys
+
 from base import BaseMesh
 from container import BaseHeader, Bytes, level_hash, split_file
 from exactness import position, read_exactness
@@ -58,15 +62,45 @@ def check_level(state, reader, packet):
     return f"level {packet.level}: {packet.vertices} vertices, {packet.faces} faces, hash {value:016x}"
 
 
+def digest(state):
+    """The one of levels.txt: FNV-1a over counts, coordinates and corners."""
+    words = [len(state.mesh.points), len(state.mesh.faces)]
+    for place in state.positions_of_level:
+        words += struct.unpack("<3Q", struct.pack("<3d", *place))
+    for face in state.mesh.faces:
+        words += face
+    value = 0xCBF29CE484222325
+    for byte in struct.pack(f"<{len(words)}Q", *words):
+        value = ((value ^ byte) * 0x100000001B3) & ((1 << 64) - 1)
+    return value
+
+
+def expected_levels(path):
+    """The lines of levels.txt about a file, if there are any: vertices, faces and digest by level."""
+    beside = pathlib.Path(path).with_name("levels.txt")
+    if not beside.is_file():
+        return {}
+    lines = [line.split() for line in beside.read_text(encoding="utf-8").splitlines()]
+    return {int(line[1]): line[2:] for line in lines if line[0] == pathlib.Path(path).stem}
+
+
+def report(path, state, reader, packet, levels):
+    print(f"{path}: {check_level(state, reader, packet)}")
+    got = [str(packet.vertices), str(packet.faces), f"{digest(state):016x}"]
+    if packet.level in levels and levels[packet.level] != got:
+        raise Damaged(f"level {packet.level}: levels.txt has {levels[packet.level]}, this is {got}")
+
+
 def check(path, only_base):
+    levels = expected_levels(path)
     with open(path, "rb") as file:
         packets = split_file(file.read())
     state, reader = read_base(packets[0])
-    print(f"{path}: {check_level(state, reader, packets[0])}")
+    report(path, state, reader, packets[0], levels)
     for packet in packets[1:] if not only_base else []:
         reader = Reader(packet.payload)
         read_refinement(state, reader, packet)
-        print(f"{path}: {check_level(state, reader, packet)}")
+        report(path, state, reader, packet, levels)
 
 
 def main():
