@@ -1,0 +1,305 @@
+# SPDX-License-Identifier: MIT
+"""Which symbol stands before a gate, written from docs/FORMAT.md alone ("Which symbol" to "What the geometry says")."""
+import pathlib
+import re
+
+from patches import MINUS, NULL, PLUS, Patch, cut_of
+from single import add, constant, cross, exp2, f, log2, sub, times
+
+C = constant
+ROWS, INPUTS, UNITS, GATE, STATES = 10, 16, 8, 13, 40
+
+
+def squared(a):
+    return f(f(f(a[0] * a[0]) + f(a[1] * a[1])) + f(a[2] * a[2]))
+
+
+def glog(x):
+    return log2(max(x, C(0.05)))
+
+
+def single_sum(values):
+    total = 0.0
+    for value in values:
+        total = f(total + value)
+    return total
+
+
+def bounded(x, low, high):
+    return min(max(x, low), high)
+
+
+class Trained:
+    """The table of trained numbers."""
+
+    def __init__(self):
+        path = pathlib.Path(__file__).parents[2] / "codec/conquest/symbol_weights.cpp"
+        text = path.read_text(encoding="utf-8").split("kSymbolWeights = {")[1]
+        numbers = [int(x) / 1024 for x in re.findall(r"-?\d+", re.sub(r"//.*", "", text))]
+        self.at = 0
+
+        def table(*shape):
+            if not shape:
+                self.at += 1
+                return numbers[self.at - 1]
+            return [table(*shape[1:]) for _ in range(shape[0])]
+
+        self.hidden = table(ROWS, INPUTS, UNITS)
+        self.gate = table(ROWS, GATE, UNITS)
+        self.bias = table(ROWS, UNITS)
+        self.output = table(ROWS, UNITS)
+        self.linear = table(ROWS, INPUTS)
+        self.state = table(2, STATES)
+        assert self.at == len(numbers)
+
+
+TRAINED = Trained()
+
+
+class Hypothesis:
+    def __init__(self, symbol, patch, states, inputs):
+        self.symbol = symbol
+        self.patch = patch
+        self.states = states
+        self.inputs = [bounded(x, -4.0, 4.0) for x in inputs]
+        self.row = 0 if symbol == NULL else symbol - 2 if symbol < 8 else symbol - 3
+
+
+def lanes(values):
+    c = [0.0] * 4
+    for i, value in enumerate(values):
+        c[i % 4] = f(c[i % 4] + value)
+    return f(f(c[0] + c[1]) + f(c[2] + c[3]))
+
+
+class SymbolModel:
+    def __init__(self):
+        self.linear = [list(row) for row in TRAINED.linear]
+        self.output = [list(row) for row in TRAINED.output]
+        self.state = [list(row) for row in TRAINED.state]
+
+    def hidden(self, h, state, parent):
+        front, tags = state // 16, state % 4
+        g = [0.0] * GATE
+        g[0], g[1], g[2] = float(front > 0), float(front == 2), float(front == 3)
+        g[3], g[4] = float(state // 4 % 2), float(state // 8 % 2)
+        g[5], g[6] = float(tags % 2), float(tags // 2)
+        kind = 0 if parent < 2 else 1 + (parent - 2) // 5 if parent < 22 else 5
+        if kind < 5:
+            g[7 + kind] = 1.0
+        g[12] = f(C(0.3) * (parent if parent < 2 else (parent - 2) % 5))
+        units = []
+        for q in range(UNITS):
+            a = TRAINED.bias[h.row][q]
+            for i in range(7):
+                a = f(a + f(g[i] * TRAINED.gate[h.row][i][q]))
+            b = 0.0
+            for i in range(7, 13):
+                b = f(b + f(g[i] * TRAINED.gate[h.row][i][q]))
+            u = f(a + b)
+            for j in range(INPUTS):
+                u = f(u + f(h.inputs[j] * TRAINED.hidden[h.row][j][q]))
+            units.append(max(u, 0.0))
+        return units
+
+    def read(self, reader, hypotheses, state, parent):
+        hidden, scores = [], []
+        for h in hypotheses:
+            units = self.hidden(h, state, parent)
+            l = lanes([f(w * x) for w, x in zip(self.linear[h.row], h.inputs)])
+            o = lanes([f(u * w) for u, w in zip(units, self.output[h.row])])
+            score = f(l + o)
+            for v in h.states:
+                score = f(score + self.state[0 if h.row == 0 else 1][v])
+            hidden.append(units)
+            scores.append(bounded(score, -60.0, 60.0))
+        most = max(scores)
+        powers = [exp2(max(f(score - most), -30.0)) for score in scores]
+        share = f(1 / single_sum(powers))
+        shares = [f(p * share) for p in powers]
+        rest = 1.0
+        holds = 0
+        while holds + 1 < len(hypotheses):
+            against = f(1 - f(shares[holds] / max(rest, C(1e-9))))
+            if reader.bit_at(int(bounded(f(against * 65536), 24.0, 65512.0))):
+                break
+            rest = f(rest - shares[holds])
+            holds += 1
+        for i, h in enumerate(hypotheses):
+            d = f((1 if i == holds else 0) - shares[i])
+            self.adapt(self.linear[h.row], f(C(0.007) * d), h.inputs)
+            self.adapt(self.output[h.row], f(C(0.005) * d), hidden[i])
+            states = self.state[0 if h.row == 0 else 1]
+            for v in h.states:
+                states[v] = f(states[v] + f(C(0.004) * d))
+        return hypotheses[holds]
+
+    @staticmethod
+    def adapt(weights, k, values):
+        for j, value in enumerate(values):
+            weights[j] = f(weights[j] + f(k * value))
+
+
+class Sums:
+    def __init__(self):
+        self.A = self.E = self.F = 0.0
+
+    def add(self, area, edge):
+        self.A, self.E, self.F = f(self.A + area), f(self.E + edge), f(self.F + 1)
+
+    def fade(self, by):
+        self.A, self.E, self.F = f(self.A * by), f(self.E * by), f(self.F * by)
+
+
+class Corner(Sums):
+    def __init__(self, point, faces, valence):
+        super().__init__()
+        self.at = tuple(f(x) for x in point)
+        self.open = faces
+        self.valence = valence
+
+
+class Surroundings:
+    """What one pass knows of the coarse faces and of those that are refined already."""
+
+    def __init__(self, mesh, cleaning, previous):
+        self.mesh = mesh
+        self.cleaning = cleaning
+        self.previous = previous
+        self.all = Sums()
+        self.has_boundary = None in mesh.opposite
+        self.vertex = []
+        for v, point in enumerate(mesh.points):
+            faces = min(mesh.valence(v), 10000)
+            boundary = mesh.outgoing[v] is not None and mesh.is_boundary(v)
+            self.vertex.append(Corner(point, faces, faces + 3 if boundary else faces))
+        self.area, self.log_area, self.log_length = [], [], []
+        for face in mesh.faces:
+            a, b, c = (self.vertex[v].at for v in face)
+            normal = squared(cross(sub(b, a), sub(c, a)))
+            self.area.append(f(normal ** 0.5))
+            self.log_area.append(f(0.5 * glog(normal)))
+            self.log_length += [f(0.5 * glog(squared(d))) for d in (sub(b, a), sub(c, b), sub(a, c))]
+
+    def recent(self, v):
+        return float(v >= self.previous)
+
+    def look(self, gate, s, t, conquered):
+        """All that could stand before the gate; s, t: tags."""
+        m = self.mesh
+        S, T, front = (self.vertex[v] for v in (m.origin(gate), m.target(gate), m.apex(gate)))
+        p = f(0.5 / max(self.all.F, 1.0))
+        k = f(f(S.F + T.F) + 0.5)
+        self.a = f(f(f(f(S.A + T.A) + front.A) + f(p * self.all.A)) / f(k + front.F))
+        self.e = f(f(f(S.E + T.E) + f(p * self.all.E)) / k)
+        self.a_s, self.a_t = f(S.A / max(S.F, 1.0)), f(T.A / max(T.F, 1.0))
+        self.u = exp2(f(-2 * self.e))
+        found = [self.null(gate, conquered)]
+        symbols = [6, 5, 4, 3]
+        if self.cleaning:
+            symbols = [3]
+        elif self.has_boundary and any(m.is_boundary(v) for v in (m.origin(gate), m.target(gate), m.apex(gate))):
+            symbols = [10, 11, 12, 8, 9] + symbols
+        for symbol in symbols:
+            cut, closing = cut_of(symbol, PLUS, MINUS) if self.cleaning else cut_of(symbol, s, t)
+            patch = Patch.collect(m, gate, cut, closing, conquered)
+            if patch:
+                found.append(self.describe(symbol, patch, conquered))
+        return found
+
+    def rlog(self, x):
+        return f(0.5 * log2(f(f(x * self.u) + C(0.003))))
+
+    @staticmethod
+    def state(open_faces, valence):
+        return 10 * bounded(open_faces, 0, 3) + bounded(valence, 2, 11) - 2
+
+    def null(self, gate, conquered):
+        m = self.mesh
+        sv, tv, fv = m.origin(gate), m.target(gate), m.apex(gate)
+        S, T, front = (self.vertex[v] for v in (sv, tv, fv))
+        total = add(add(S.at, T.at), front.at)
+
+        def kite(h, corner):
+            return squared(add(sub(add(corner.at, corner.at), total), self.vertex[m.apex(h)].at))
+
+        def few(n):
+            return f(C(0.2) * min(n, 16))
+
+        behind = m.opposite[gate]
+        back = 0.0 if behind is None else kite(behind, front)
+        kites = [kite(h, corner) for h, corner in ((m.opposite[m.next(gate)], S), (m.opposite[m.prev(gate)], T))
+                 if h is not None and conquered[h // 3]]
+        both = f(0.5 * f(kites[0] + kites[1])) if len(kites) > 1 else kites[0] if kites else 0.0
+        G, X, Y = (self.log_length[h] for h in (gate, m.next(gate), m.prev(gate)))
+        inputs = [f(self.log_area[gate // 3] - self.a), f(f(X + Y) - f(2 * self.e)), f(few(m.valence(fv)) - C(1.2)), few(front.open),
+                  few(S.open + T.open), self.recent(fv), f(max(X, Y) - G), f(G - self.e),
+                  f(f(few(m.valence(sv)) + few(m.valence(tv))) - C(2.4)), f(X - Y), self.rlog(back),
+                  self.rlog(both) if kites else 0.0, self.recent(sv) + self.recent(tv), f(self.a_s - self.a), f(self.a_t - self.a),
+                  f(C(0.2) * min(front.F, 16.0))]
+        states = [self.state(v.open - 1, min(v.valence, 15)) for v in (T, front, S)]
+        return Hypothesis(NULL, None, states, inputs)
+
+    def describe(self, symbol, patch, conquered):
+        n = patch.size
+        share = f(1 / n)
+        ring = [self.vertex[v] for v in patch.ring]
+        states, regular = [], 0
+        for i, v in enumerate(ring):
+            change = patch.star_faces(i) - patch.cut.at[i]
+            w = bounded(min(v.valence, 15) + change, 2, 11)
+            states.append(self.state(v.open - patch.cut.at[i], w))
+            regular += abs(w - 6) - abs(w - change - 6)
+        areas = [self.log_area[face] for face in patch.faces]
+        star = n if patch.closing is None else n - 1
+        log_area = glog(f(single_sum(self.area[face] for face in patch.faces) * f(1 / star)))
+        mean = (0.0, 0.0, 0.0)
+        for v in ring:
+            mean = add(mean, v.at)
+        mean = times(mean, share)
+        z = [squared(sub(v.at, mean)) for v in ring]
+        l = [self.log_length[h] for h in patch.inside]
+        m = f(single_sum(l) * share)
+        kites, back = [], 0.0
+        for i, h in enumerate(patch.outside):
+            if h is not None and conquered[h // 3]:
+                apex = self.vertex[self.mesh.apex(h)].at
+                kites.append(squared(add(sub(sub(mean, ring[i].at), ring[(i + 1) % n].at), apex)))
+                if i == n - 1:
+                    back = kites[-1]
+        diagonals = [squared(sub(ring[a].at, ring[b].at)) for _, (a, b) in patch.cut.entries[1:]]
+        average = f(single_sum(kites) * f(1 / len(kites))) if kites else 0.0
+        inputs = [f(log_area - self.a), f(C(0.3) * regular), self.rlog(min(diagonals)) if n > 3 else 0.0, f(m - self.e),
+                  f(max(l) - m), f(single_sum(self.recent(v) for v in patch.ring) * share),
+                  self.rlog(f(single_sum(diagonals) * f(1 / (n - 3)))) if n > 3 else 0.0,
+                  self.rlog(max(diagonals)) if n > 3 else 0.0, f(min(l) - m), self.rlog(max(z)), self.rlog(min(z)),
+                  self.rlog(back) if back > 0 else 0.0, self.rlog(average) if kites else 0.0, f(len(kites) * share),
+                  f(min(areas) - self.a), f(max(areas) - self.a)]
+        hypothesis = Hypothesis(symbol, patch, states, inputs)
+        hypothesis.log_area = log_area
+        hypothesis.log_spoke = f(0.5 * glog(f(single_sum(z) * share)))
+        return hypothesis
+
+    def keep(self, face):
+        edge = f(f(f(self.log_length[3 * face] + self.log_length[3 * face + 1]) + self.log_length[3 * face + 2]) * f(1 / 3))
+        for v in self.mesh.faces[face]:
+            self.vertex[v].add(self.log_area[face], edge)
+            self.vertex[v].open = max(self.vertex[v].open - 1, 0)
+        self.all.fade(C(0.98))
+        self.all.add(self.log_area[face], edge)
+
+    def opened(self, hypothesis, point):
+        patch = hypothesis.patch
+        n = patch.size
+        self.all.fade(C(0.9))
+        centre = Corner(point, 0, n if patch.closing is None else n + 2)
+        for i in range(n):
+            v = self.vertex[patch.ring[i]]
+            v.open = max(v.open - patch.cut.at[i], 0)
+            v.valence = bounded(v.valence + patch.star_faces(i) - patch.cut.at[i], 0, 20000)
+            if i == patch.closing:
+                continue
+            edge = f(f(f(2 * hypothesis.log_spoke) + self.log_length[patch.inside[i]]) * f(1 / 3))
+            for corner in (v, self.vertex[patch.ring[(i + 1) % n]], self.all, centre):
+                corner.add(hypothesis.log_area, edge)
+        self.vertex.append(centre)
