@@ -224,6 +224,19 @@ class RoundTrip(ToolTest):
         self.assertLessEqual(info["levels"][-1]["error_max"] * diagonal, info["lattice"]["step"] * math.sqrt(3) / 2 * 1.001)
         self.assertIn("not the same mesh", self.tool("compare", mesh, self.path("t.pmcd"), code=1).stdout)
 
+    def test_effort(self):
+        mesh = self.write("torus.off", torus_off(40, 25))
+        sizes = {}
+        for options in ((), ("--effort", "default"), ("--effort", "best")):
+            self.tool("encode", mesh, self.path("t.pmcd"), "--no-errors", *options)
+            self.tool("compare", mesh, self.path("t.pmcd"))
+            sizes[options[1:]] = len(self.read("t.pmcd"))
+        self.assertEqual(sizes[()], sizes[("default",)])
+        self.assertLessEqual(sizes[("best",)], sizes[()])
+        refused = self.tool("encode", mesh, self.path("u.pmcd"), "--effort", "nonsense", code=2)
+        self.assertIn("--effort: nonsense", refused.stderr)
+        self.assertNotIn("u.pmcd", self.entries())
+
     def test_levels_and_other_options(self):
         mesh = self.write("torus.off", torus_off(40, 25))
         for arguments in (("--levels", "3"), ("--cleaning",), ("--flip-limit", "0.2"), ("--shape-limit", "0.3")):
