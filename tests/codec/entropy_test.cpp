@@ -10,7 +10,6 @@
 #include "codec/entropy/adaptive_bit.h"
 #include "codec/entropy/integer_model.h"
 #include "codec/entropy/range_coder.h"
-#include "codec/geometry/residual_model.h"
 #include "tests/codec/generated.h"
 
 namespace pmcd::codec::testing {
@@ -311,75 +310,6 @@ TEST(IntegerModels, SmallNumbersBecomeCheap) {
   Random random(4);
   for (int i = 0; i < 4000; ++i) model.code(writer, static_cast<std::int32_t>(random.below(3)) - 1);
   EXPECT_LT(writer.encoder.bits_written() / 4000, 1.75);  // log2(3) = 1.585
-}
-
-struct Residual {
-  std::int32_t value;
-  double expectation;
-  double spread;
-  std::int32_t most;
-};
-
-std::vector<Residual> random_residuals(std::uint64_t seed) {
-  Random random(seed);
-  std::vector<Residual> all;
-  for (int i = 0; i < 3000; ++i) {
-    const std::int32_t most = (1 << (4 + random.below(21))) - 1;
-    const double expectation = random.unit() * most;
-    const double spread = std::ldexp(1 + random.unit(), static_cast<int>(random.below(40)) - 8);
-    const std::int32_t far = static_cast<std::int32_t>(random.below(static_cast<std::uint64_t>(most) + 1));
-    const double near = expectation + (random.unit() - 0.5) * 4 * spread;
-    const auto value = random.one_in(3) ? far : static_cast<std::int32_t>(std::min<double>(std::max(near, 0.0), most));
-    all.push_back({value, expectation, spread, most});
-  }
-  all.push_back({0, 15, 1e-3, 15});
-  all.push_back({15, 0, 1e9, 15});
-  all.push_back({(1 << 24) - 1, 0, 0.05, (1 << 24) - 1});
-  all.push_back({0, static_cast<double>((1 << 24) - 1), 1e30, (1 << 24) - 1});
-  return all;
-}
-
-TEST(ResidualModelTest, EveryCoordinateComesBack) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const std::vector<Residual> all = random_residuals(seed);
-    Writer writer;
-    ResidualModel out;
-    for (const Residual& r : all) {
-      ASSERT_EQ(out.code(writer, r.value, r.expectation, r.spread, r.most), r.value);
-    }
-    writer.encoder.finish();
-    Reader reader(writer.bytes);
-    ResidualModel in;
-    for (const Residual& r : all) ASSERT_EQ(in.code(reader, 0, r.expectation, r.spread, r.most), r.value);
-    EXPECT_TRUE(reader.decoder.at_end());
-  }
-}
-
-TEST(ResidualModelTest, GarbageStaysWithinTheLatticeOrIsNegative) {
-  Random random(8);
-  int refused = 0;
-  for (int run = 0; run < 300; ++run) {
-    std::vector<std::byte> bytes(400);
-    for (std::byte& b : bytes) b = random.one_in(3) ? std::byte{0xFF} : static_cast<std::byte>(random.below(256));
-    Reader reader(bytes);
-    ResidualModel model;
-    for (const Residual& r : random_residuals(static_cast<std::uint64_t>(run))) {
-      const std::int32_t value = model.code(reader, 0, r.expectation, r.spread, r.most);
-      ASSERT_LE(value, r.most);
-      refused += value < 0 ? 1 : 0;
-      if (reader.decoder.overrun()) break;
-    }
-  }
-  EXPECT_GT(refused, 0);
-}
-
-TEST(ResidualModelTest, HalfOctavesAreFloorsOfTwiceTheLogarithm) {
-  for (int exponent = -60; exponent <= 60; ++exponent) {
-    EXPECT_EQ(half_octave(std::ldexp(1.0, exponent)), 2 * exponent);
-    EXPECT_EQ(half_octave(std::ldexp(1.41, exponent)), 2 * exponent);
-    EXPECT_EQ(half_octave(std::ldexp(1.42, exponent)), 2 * exponent + 1);
-    EXPECT_EQ(half_octave(std::ldexp(1.999, exponent)), 2 * exponent + 1);
-  }
 }
 
 }  // namespace
