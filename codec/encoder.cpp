@@ -169,6 +169,17 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
   return group_passes(base_vertices, vertices_after, most_packets);
 }
 
+// How many digits each level leaves out, base first: as many as its vertices may, but no more than the packets after it
+// can add. `level_vertices` rises, so the answers fall, to 0 at the end.
+std::vector<unsigned> plan_shifts(const PrecisionPlan& precision, std::span<const std::uint32_t> level_vertices,
+                                  unsigned bits) {
+  std::vector<unsigned> shifts(level_vertices.size(), 0);
+  for (std::size_t k = shifts.size() - 1; k-- > 0;) {
+    shifts[k] = std::min(precision.shift_at(level_vertices[k], bits), shifts[k + 1] + CoordinateModel::kMostDigits);
+  }
+  return shifts;
+}
+
 }  // namespace
 
 Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress) {
@@ -212,10 +223,16 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   const Alignment alignment = alignment_of(mesh, w.plan.points);
   const PrecisionPlan precision(mesh, w.plan.points, alignment);
   w.plan.structured = alignment != Alignment::none;
-  std::uint32_t vertices = in_faces;
-  for (const PassRecord& pass : passes) vertices -= static_cast<std::uint32_t>(pass.removed.size());
-  Status written = write_packet(w, {}, groups.empty() ? 0 : precision.shift_at(vertices, lattice->bits), groups.empty(),
-                                false, bounds);
+  std::vector<std::uint32_t> level_vertices(groups.size() + 1, in_faces);
+  std::size_t end = passes.size();
+  for (std::size_t k = groups.size(); k-- > 0;) {
+    level_vertices[k] = level_vertices[k + 1];
+    for (std::uint32_t i = 0; i < groups[k]; ++i) {
+      level_vertices[k] -= static_cast<std::uint32_t>(passes[--end].removed.size());
+    }
+  }
+  const std::vector<unsigned> shifts = plan_shifts(precision, level_vertices, lattice->bits);
+  Status written = write_packet(w, {}, shifts[0], groups.empty(), false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);
   w.state.points.reserve(total);
@@ -224,9 +241,7 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   for (std::size_t k = 0; k < groups.size() && written; ++k) {
     const bool last = k + 1 == groups.size();
     const std::span<PassRecord> of_packet(passes.data() + first_pass, groups[k]);
-    for (const PassRecord& pass : of_packet) vertices += static_cast<std::uint32_t>(pass.removed.size());
-    const unsigned shift = last ? 0 : std::min(w.state.shift, precision.shift_at(vertices, lattice->bits));
-    written = write_packet(w, of_packet, shift, last, last && exact && !exact_apart, bounds);
+    written = write_packet(w, of_packet, shifts[k + 1], last, last && exact && !exact_apart, bounds);
     for (PassRecord& pass : of_packet) pass = {};
     first_pass += groups[k];
     if (!go_on(kDecimated + (kWritten - kDecimated) * w.state.mesh.vertex_count() / std::max(1u, total))) {

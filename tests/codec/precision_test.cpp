@@ -226,6 +226,20 @@ TEST(GrowingPrecision, EveryLevelHasTheHashOfItsHeader) {
   }
 }
 
+// A packet adds eight digits at most: few packets for many digits keep earlier levels from leaving out more.
+TEST(GrowingPrecision, FewPacketsCanAddManyDigits) {
+  for (const TriangleMesh& mesh : {sphere(0), sphere(1), bumpy_sphere(3), grid(5, 5, 0), single_triangle()}) {
+    for (unsigned bits : {16u, 20u, 24u}) {
+      for (unsigned most : {1u, 2u, 1000u}) {
+        EncodeOptions options;
+        options.bits = bits;
+        options.max_packets_after_base = most;
+        EXPECT_EQ(round_trip(mesh, options), "") << bits << " bits, " << most << " packets";
+      }
+    }
+  }
+}
+
 TEST(GrowingPrecision, BoxesAreOnTheirLatticeFromTheStart) {
   Random random(10);
   const TriangleMesh box = holed_plate(4, 4);
