@@ -147,12 +147,13 @@ TEST(EncoderReportTest, BitsAddUpToThePayloads) {
     double payload_bits = 0;
     for (const EncodedPacket& packet : result.packets) payload_bits += 8.0 * check_packet(packet.bytes)->payload_bytes;
     const BitReport& bits = result.report.bits;
-    const double sum = bits.base + bits.connectivity + bits.geometry + bits.exactness + bits.isolated;
+    const double sum = bits.base + bits.connectivity + bits.geometry + bits.precision + bits.exactness + bits.isolated;
     // The fixed base header is not in it, and each packet ends at a byte.
     EXPECT_NEAR(sum, payload_bits, 8.0 * 22 + 16.0 * static_cast<double>(result.packets.size()));
     EXPECT_GT(bits.base, 0);
     EXPECT_GT(bits.connectivity, 0);
     EXPECT_GT(bits.geometry, bits.connectivity);
+    EXPECT_GT(bits.precision, 0);
     EXPECT_GT(bits.isolated, 0);
     EXPECT_EQ(bits.exactness > 0, !options.bits.has_value());
   }

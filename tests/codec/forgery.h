@@ -55,6 +55,8 @@ class LyingSource {
   [[nodiscard]] static bool failed() { return false; }
   void finish() { encoder_.finish(); }
 
+  [[nodiscard]] static std::uint32_t wanted_shift() { return 0; }
+  [[nodiscard]] static bool wanted_structured() { return false; }
   [[nodiscard]] static std::uint32_t wanted_components() { return 1; }
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const { return beyond_(halfedge); }
   [[nodiscard]] static LatticePoint wanted_point(std::uint32_t /*vertex*/) { return {2047, 2047, 2047}; }

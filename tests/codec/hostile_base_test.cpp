@@ -102,6 +102,8 @@ Bytes one_isolated_vertex(const Lattice& lattice, bool lossless, const LatticePo
   Bytes payload;
   append_base_header(payload, lattice, lossless);
   LyingSource source(payload, {});
+  source.raw(0, 5);   // all digits
+  source.raw(0, 1);   // no structure
   source.raw(0, 32);  // no component
   source.raw(1, 1);   // isolated vertices:
   source.raw(1, 32);  // one

@@ -329,7 +329,10 @@ TEST(HostileClaims, BeyondTheLimitsAreRefusedBeforeAnythingIsAllocated) {
   limits.max_vertices = 1000;
   limits.max_faces = 2000;
   limits.max_packet_bytes = 4096;
-  const Bytes payload = base_payload([](RangeEncoder& encoder) { encoder.raw(1, 32); });
+  const Bytes payload = base_payload([](RangeEncoder& encoder) {
+    encoder.raw(0, 6);  // all digits, no structure
+    encoder.raw(1, 32);
+  });
   struct Claim {
     std::uint32_t vertices;
     std::uint32_t faces;
@@ -380,8 +383,12 @@ TEST(HostileClaims, LargeClaimsOfAFewBytesCostLittleMemory) {
   header.vertices = 99'000'000;
   header.faces = 190'000'000;
   std::vector<Bytes> payloads;
-  payloads.push_back(base_payload([](RangeEncoder& encoder) { encoder.raw(180'000'000, 32); }));  // components
   payloads.push_back(base_payload([](RangeEncoder& encoder) {
+    encoder.raw(0, 6);             // all digits, no structure
+    encoder.raw(180'000'000, 32);  // components
+  }));
+  payloads.push_back(base_payload([](RangeEncoder& encoder) {
+    encoder.raw(0, 6);            // all digits, no structure
     encoder.raw(0, 32);           // no component
     encoder.raw(1, 1);            // isolated vertices:
     encoder.raw(98'000'000, 32);  // so many
