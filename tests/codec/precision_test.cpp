@@ -57,6 +57,8 @@ TEST(PrecisionPlanTest, WholeMeshHasAllDigitsCoarseOnesDoNot) {
   // they are 2200 long.
   const PrecisionPlan plan(mesh, points_of(mesh, 14), Alignment::none);
   EXPECT_EQ(plan.shift_at(20, 14), 9u);
+  EXPECT_EQ(plan.shift_at(95, 14), 8u);   // 3200
+  EXPECT_EQ(plan.shift_at(112, 14), 7u);  // 2950, less than 12 * 2^8
   EXPECT_EQ(plan.shift_at(200, 14), 7u);
 }
 

@@ -148,6 +148,45 @@ TEST(PredictorTest, SpreadFollowsTheNoise) {
   }
 }
 
+TEST(SpreadModelTest, LearnsWhatTheRingTells) {
+  Random random(8);
+  SpreadModel model;
+  // Across as the bend is, along half the radius; the neighbours say nothing of either.
+  auto draw = [&] {
+    SpreadModel::Signs signs;
+    signs.radius = std::ldexp(1 + random.unit(), static_cast<int>(random.below(9)));
+    signs.bend = std::ldexp(1 + random.unit(), static_cast<int>(random.below(9)));
+    signs.neighbours = {10, 10};
+    return signs;
+  };
+  for (int i = 0; i < 3000; ++i) {
+    const SpreadModel::Signs signs = draw();
+    const SpreadModel::Terms terms = SpreadModel::terms(signs, 1);
+    const Spread seen{signs.radius * 0.5, signs.bend};
+    const Spread expected = model.expect(terms, 2);
+    if (i >= 1000) {
+      EXPECT_NEAR(fast_log2(expected.tangential / seen.tangential), 0, 0.7);
+      EXPECT_NEAR(fast_log2(expected.across / seen.across), 0, 0.7);
+    }
+    model.learn(terms, 2, expected, seen);
+  }
+}
+
+TEST(SpreadModelTest, GroupsAreCalibratedApart) {
+  SpreadModel model;
+  SpreadModel::Signs signs;
+  signs.radius = 100;
+  signs.neighbours = {10, 10};
+  const SpreadModel::Terms terms = SpreadModel::terms(signs, 1);
+  for (int i = 0; i < 1000; ++i) {
+    model.learn(terms, 1, model.expect(terms, 1), {4, 4});
+    model.learn(terms, 7, model.expect(terms, 7), {64, 64});
+  }
+  EXPECT_NEAR(model.expect(terms, 1).across, 4, 1);
+  EXPECT_NEAR(model.expect(terms, 7).across, 64, 8);
+  EXPECT_NEAR(model.expect(terms, 7).tangential, 64, 8);
+}
+
 TEST(PredictorTest, StagesLearnApart) {
   Scene scene = field(10, 10, [](std::int32_t x, std::int32_t y) {
     return LatticePoint{2 * (1000 + 60 * x), 2 * (1000 + 60 * y), 2 * (1000 + 4 * (x * x + y * y))};
