@@ -290,7 +290,7 @@ TEST(CoordinateModelTest, FurtherDigitsCostWhatIsUnknown) {
       return writer.bits() / 2000;
     };
     const double cells = 1u << digits;
-    EXPECT_NEAR(cost(1e6f, 3e5 / cells), digits, 0.1) << digits;  // nothing is known of them
+    EXPECT_NEAR(cost(1e5f, 3e4 / cells), digits, 0.1) << digits;  // nothing is known of them
     EXPECT_LT(cost(0.02f, 0), 0.2) << digits;                     // all is known
     EXPECT_NEAR(cost(0.02f, 900), digits, 0.1) << digits;         // what is known is far off: as if nothing were
   }
