@@ -63,8 +63,9 @@ std::string apply_packet(std::span<const std::byte> packet, LevelState& state, W
   }
   WatchedReader<Watch> reader(payload, state, watch);
   const LevelBounds bounds{header->vertices, header->faces};
-  Status status = header->is_base() ? code_base_level(state, reader, bounds.vertices, bounds.faces)
-                                    : code_passes(state, bounds, reader);
+  Status status = header->is_base()
+                      ? code_base_level(state, reader, bounds.vertices, bounds.faces, header->missing_digits)
+                      : code_passes(state, bounds, header->missing_digits, reader);
   if (status) status = code_isolated(state, bounds.vertices, reader);
   if (status) status = code_exactness(state, reader);
   if (!status) return text(status.error());

@@ -125,7 +125,7 @@ def split_file(data):
     if int.from_bytes(data[end - 4:end], "little") != crc32c(data[:end - 4]):
         raise Damaged("the directory's checksum")
     parts = reader.unsigned(1)
-    BaseHeader(reader)
+    base = BaseHeader(reader)
     reader.take(8)
     for bit in range(6):
         if parts >> bit & 1:
@@ -133,17 +133,19 @@ def split_file(data):
     packets = []
     at = end
     vertices = 0
+    bits = 0
     while reader.at < end - 4:
         length = reader.varint()
         vertices += reader.zigzag()
         faces = 2 * vertices + reader.zigzag()
+        bits += reader.unsigned(1)
         checksum = reader.unsigned(4)
         if parts & 0x80:
             reader.take(4)
         packet = data[at:at + length]
         at += length
         parsed = Packet(packet)
-        if (parsed.level, parsed.vertices, parsed.faces) != (len(packets), vertices, faces):
+        if (parsed.level, parsed.vertices, parsed.faces, base.bits - parsed.shift) != (len(packets), vertices, faces, bits):
             raise Damaged("directory and packet disagree")
         if checksum != int.from_bytes(packet[2:6], "little"):
             raise Damaged("checksums of directory and packet disagree")
