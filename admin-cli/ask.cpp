@@ -158,7 +158,8 @@ void add_show(CLI::App& app, const Common& common, int& exit_code) {
         run_named(common, "show", *name, proto::encode(proto::AdminShow{kId, *name}), [](const ordered_json& document) {
           print_fields(document);
           std::cout << '\n';
-          print_table(rows_of(document, "levels"), {"level", "bytes", "vertices", "faces", "error_rms", "error_max"});
+          print_table(rows_of(document, "levels"),
+                      {"level", "bytes", "vertices", "faces", "bits", "error_rms", "error_max"});
         });
   });
 }

@@ -35,6 +35,7 @@ struct IngestCommand {
   std::string name;
   std::optional<unsigned> bits;
   std::optional<unsigned> levels;
+  std::string effort = "default";
   bool cleaning = false;
   bool strict = false;
   bool replace = false;
@@ -73,6 +74,7 @@ std::variant<Prepared, Failure> load_packets(const std::string& path) {
 std::variant<Prepared, Failure> encode_file(const std::string& path, const IngestCommand& command, ProgressBar& bar) {
   import::IngestOptions options;
   options.import.strict = command.strict;
+  options.encode.effort = command.effort == "best" ? codec::Effort::best : codec::Effort::standard;
   options.encode.bits = command.bits;
   options.encode.max_packets_after_base = command.levels;
   options.encode.cleaning = command.cleaning;
@@ -230,6 +232,10 @@ void add_ingest(CLI::App& app, const Common& common, int& exit_code) {
   auto* bits = sub->add_option("--bits", command->bits, "Bits of the lattice; without it the mesh is kept bit for bit");
   bits->check(CLI::Range(4, 24));
   sub->add_option("--levels", command->levels, "At most this many packets after the base")->check(CLI::Range(1, 1000));
+  sub->add_option("--effort", command->effort, "How hard to try; best: smaller, slower to write and to read")
+      ->check(CLI::IsMember({"default", "best"}))
+      ->capture_default_str()
+      ->type_name("NAME");
   sub->add_flag("--cleaning", command->cleaning, "A cleaning conquest after each decimating one");
   sub->add_flag("--strict", command->strict, "Refuse files with data that would be left out");
   sub->add_flag("--replace", command->replace, "Replace a mesh of the same name");

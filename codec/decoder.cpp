@@ -44,8 +44,9 @@ Status decode_payload(LevelState& state, const PacketHeader& header, std::span<c
   }
   PacketReader reader(payload.subspan(coded_from));
   const LevelBounds bounds{header.vertices, header.faces};
-  Status status = header.is_base() ? code_base_level(state, reader, bounds.vertices, bounds.faces)
-                                   : code_passes(state, bounds, reader);
+  Status status = header.is_base()
+                      ? code_base_level(state, reader, bounds.vertices, bounds.faces, header.missing_digits)
+                      : code_passes(state, bounds, header.missing_digits, reader);
   if (status) status = code_isolated(state, bounds.vertices, reader);
   if (status) status = code_exactness(state, reader);
   if (!status) return status;

@@ -87,6 +87,7 @@ struct Writing {
   LevelState state;
   std::vector<EncodedPacket> packets;  ///< payloads only, until write_headers
   std::vector<std::uint64_t> hashes;
+  std::vector<std::uint8_t> missing_digits;
 };
 
 // Drives the decoder's own functions with a source that writes. The header comes before the payload when all stand, for
@@ -96,15 +97,16 @@ Status write_packet(Writing& w, std::span<const PassRecord> passes, unsigned shi
   const bool is_base = w.packets.empty();
   std::vector<std::byte> bytes;
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
-  PlanWriter writer(w.plan, passes, shift, with_isolated, with_exactness, bytes);
-  Status status =
-      is_base ? code_base_level(w.state, writer, bounds.vertices, bounds.faces) : code_passes(w.state, bounds, writer);
+  PlanWriter writer(w.plan, passes, with_isolated, with_exactness, bytes);
+  Status status = is_base ? code_base_level(w.state, writer, bounds.vertices, bounds.faces, shift)
+                          : code_passes(w.state, bounds, shift, writer);
   if (status) status = code_isolated(w.state, bounds.vertices, writer);
   if (status) status = code_exactness(w.state, writer);
   if (!status) return Error{ErrorCode::internal_error, w.packets.size(), "writing a packet: " + status.error().detail};
   writer.finish();
   w.packets.push_back({std::move(bytes), w.state.mesh.vertex_count(), w.state.mesh.face_count()});
   w.hashes.push_back(mesh_hash(w.state));
+  w.missing_digits.push_back(static_cast<std::uint8_t>(w.state.shift));
   return {};
 }
 
@@ -128,6 +130,7 @@ void write_headers(Writing& w) {
     header.level = static_cast<std::uint32_t>(k);
     header.vertices = w.packets[k].vertices;
     header.faces = w.packets[k].faces;
+    header.missing_digits = w.missing_digits[k];
     header.mesh_hash = w.hashes[k];
     header.generation = generation.value();
     w.packets[k].bytes = make_packet(header, w.packets[k].bytes);

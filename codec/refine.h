@@ -175,14 +175,14 @@ Status code_digits(LevelState& state, Surface& surface, unsigned shift, std::uin
 /// A pass may cost next to no bits but costs a walk over the mesh: so their number is bounded, and each must insert.
 inline constexpr std::uint32_t kMaxPasses = 1024;
 
-/// A refinement packet: its passes, coarse to fine. Errors: corrupt_data.
+/// A refinement packet: its passes, coarse to fine; `shift`: digits that positions lack after it. Errors: corrupt_data.
 template <typename Source>
-Status code_passes(LevelState& state, const LevelBounds& bounds, Source& source) {
+Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift, Source& source) {
   const unsigned old_shift = state.shift;
   const std::uint32_t old_count = state.mesh.vertex_count();
-  state.shift = source.raw(source.wanted_shift(), 5);
-  if (state.shift > old_shift || old_shift - state.shift > CoordinateModel::kMostDigits) {
-    return Error{ErrorCode::corrupt_data, state.shift, "digits of positions can only be added, a few at a time"};
+  state.shift = shift;
+  if (shift > old_shift || old_shift - shift > CoordinateModel::kMostDigits) {
+    return Error{ErrorCode::corrupt_data, shift, "digits of positions can only be added, a few at a time"};
   }
   const auto guessing = static_cast<Guessing>(source.raw(static_cast<std::uint32_t>(source.wanted_guessing()), 1));
   const std::uint32_t passes = source.raw(source.wanted_passes(), 11);

@@ -62,7 +62,6 @@ class PacketReader {
   [[nodiscard]] bool failed() const { return decoder_.overrun(); }
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
-  [[nodiscard]] std::uint32_t wanted_shift() const { return 0; }
   [[nodiscard]] Guessing wanted_guessing() const { return Guessing::once; }
   [[nodiscard]] bool wanted_structured() const { return false; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }

@@ -24,6 +24,7 @@ struct EncodeCommand {
   std::string out;
   std::optional<unsigned> bits;
   std::optional<unsigned> levels;
+  std::string effort = "default";
   bool cleaning = false;
   double flip_limit = codec::EncodeOptions{}.min_flip_cosine;
   std::optional<double> shape_limit;
@@ -169,6 +170,7 @@ int run(const EncodeCommand& command) {
   }
   import::IngestOptions options;
   options.import = {command.strict, command.as_double};
+  options.encode.effort = command.effort == "best" ? codec::Effort::best : codec::Effort::standard;
   options.encode.bits = command.bits;
   options.encode.max_packets_after_base = command.levels;
   options.encode.cleaning = command.cleaning;
@@ -203,6 +205,10 @@ void add_encode(CLI::App& app, int& exit_code) {
   command->add_option("--levels", options->levels, "At most N packets after the base mesh (1 to 1000)")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
+  command->add_option("--effort", options->effort, "How hard to try; best: smaller, slower to write and to read")
+      ->check(CLI::IsMember({"default", "best"}))
+      ->capture_default_str()
+      ->type_name("NAME");
   command->add_flag("--cleaning", options->cleaning, "Follow each pass by a cleaning pass, as in the paper");
   command->add_option("--flip-limit", options->flip_limit, "Least cosine between new and old normals, -1 to 1")
       ->check(CLI::Range(-1.0, 1.0))

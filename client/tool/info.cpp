@@ -46,6 +46,7 @@ Json levels_json(const codec::Directory& d) {
                       {"bytes_so_far", so_far},
                       {"vertices", level.vertices},
                       {"faces", level.faces},
+                      {"bits", level.bits},
                       {"error_rms", measured(level.error_rms)},
                       {"error_max", measured(level.error_max)}});
   }
@@ -72,14 +73,14 @@ void print_directory_json(const std::string& file, std::uint64_t bytes, const co
 
 void print_levels(const codec::Directory& d) {
   std::vector<std::vector<std::string>> rows{
-      {"level", "bytes", "so far", "vertices", "faces", "rms error", "max error"}};
+      {"level", "bytes", "so far", "vertices", "faces", "bits", "rms error", "max error"}};
   std::uint64_t so_far = 0;
   for (std::size_t k = 0; k < d.levels.size(); ++k) {
     const codec::LevelEntry& level = d.levels[k];
     so_far += level.bytes;
     rows.push_back({std::to_string(k), std::to_string(level.bytes), std::to_string(so_far),
-                    std::to_string(level.vertices), std::to_string(level.faces), error_figure(level.error_rms),
-                    error_figure(level.error_max)});
+                    std::to_string(level.vertices), std::to_string(level.faces), std::to_string(level.bits),
+                    error_figure(level.error_rms), error_figure(level.error_max)});
   }
   print_table(rows, FirstColumn::numbers, "");
 }

@@ -191,10 +191,11 @@ Status code_base_mesh(LevelState& state, Source& source, std::uint32_t max_verti
   return BaseCoder<Source>(state, source, max_vertices, max_faces, shift).code();
 }
 
-/// The coded part of a base packet up to its mesh: what the whole mesh is like, and the mesh. Errors: corrupt_data.
+/// The coded part of a base packet up to its mesh: what the whole mesh is like, and the mesh, whose positions lack
+/// `shift` digits. Errors: corrupt_data.
 template <typename Source>
-Status code_base_level(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces) {
-  const unsigned shift = source.raw(source.wanted_shift(), 5);
+Status code_base_level(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces,
+                       unsigned shift) {
   if (shift >= state.lattice.bits) return Error{ErrorCode::corrupt_data, shift, "a level without a digit"};
   state.models.position.structured = source.raw(source.wanted_structured() ? 1 : 0, 1) != 0;
   return code_base_mesh(state, source, max_vertices, max_faces, shift);

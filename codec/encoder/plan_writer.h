@@ -36,15 +36,10 @@ struct EncodingPlan {
 /// Writes one packet's coded part.
 class PlanWriter {
  public:
-  /// `passes` are those of this packet, coarse to fine; `shift` is how many digits are unknown after it.
-  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, unsigned shift, bool with_isolated,
-             bool with_exactness, std::vector<std::byte>& out)
-      : plan_(plan),
-        passes_(passes),
-        shift_(shift),
-        with_isolated_(with_isolated),
-        with_exactness_(with_exactness),
-        encoder_(out) {}
+  /// `passes` are those of this packet, coarse to fine.
+  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
+             std::vector<std::byte>& out)
+      : plan_(plan), passes_(passes), with_isolated_(with_isolated), with_exactness_(with_exactness), encoder_(out) {}
 
   bool bit(AdaptiveBit& model, bool value) {
     encoder_.bit(model, value);
@@ -71,7 +66,6 @@ class PlanWriter {
   [[nodiscard]] static bool failed() { return false; }
   void finish() { encoder_.finish(); }
 
-  [[nodiscard]] std::uint32_t wanted_shift() const { return shift_; }
   [[nodiscard]] Guessing wanted_guessing() const { return plan_.guessing; }
   [[nodiscard]] bool wanted_structured() const { return plan_.structured; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
@@ -152,7 +146,6 @@ class PlanWriter {
 
   EncodingPlan& plan_;
   std::span<const PassRecord> passes_;
-  unsigned shift_;
   bool with_isolated_;
   bool with_exactness_;
   RangeEncoder encoder_;

@@ -28,7 +28,8 @@ class CoordinateModel {
   }
 
   /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated[k]` is a
-  /// value of kind k. REQUIRES: spread > 0, mean within -2^30 .. 2^30, at most Mixture::kSpikes repeated values.
+  /// value of kind k. REQUIRES: 0 < spread <= 2^24, mean within -2^30 .. 2^30, at most Mixture::kSpikes repeated
+  /// values.
   Mixture mixture(double mean, float spread, std::size_t order, std::span<const RepeatedValue> repeated) {
     const int half_octave = static_cast<int>(2 * fast_log2(spread) + 64.0f) - 64 + kLowest;
     Mixture mixture(mean, spread, weights_[order][static_cast<std::size_t>(std::clamp(half_octave, 0, kClasses - 1))]);

@@ -70,10 +70,11 @@ unsigned flags_of(const Directory& directory) {
   return flags;
 }
 
-void append_entry(ByteWriter& writer, const LevelEntry& entry, std::uint32_t vertices_before, bool with_errors) {
+void append_entry(ByteWriter& writer, const LevelEntry& entry, const LevelEntry& before, bool with_errors) {
   writer.write_varint(entry.bytes);
-  writer.write_varint(zigzag(std::int64_t{entry.vertices} - std::int64_t{vertices_before}));
+  writer.write_varint(zigzag(std::int64_t{entry.vertices} - std::int64_t{before.vertices}));
   write_faces(writer, entry.vertices, entry.faces);
+  writer.write(static_cast<std::uint8_t>(entry.bits - before.bits));
   writer.write(entry.crc32c);
   if (!with_errors) return;
   writer.write(error_code_of(entry.error_rms));
@@ -81,14 +82,16 @@ void append_entry(ByteWriter& writer, const LevelEntry& entry, std::uint32_t ver
 }
 
 // Where and why the next entry is refused.
-Status read_entry(ByteReader& reader, std::uint32_t vertices_before, bool with_errors, LevelEntry& entry) {
+Status read_entry(ByteReader& reader, const LevelEntry& before, const Directory& directory, bool with_errors,
+                  LevelEntry& entry) {
   const std::size_t at = reader.position();
   entry.bytes = static_cast<std::uint32_t>(reader.read_varint(kMost32));
-  const std::int64_t vertices = std::int64_t{vertices_before} + unzigzag(reader.read_varint());
+  const std::int64_t vertices = std::int64_t{before.vertices} + unzigzag(reader.read_varint());
   const bool countable = vertices >= 0 && vertices <= static_cast<std::int64_t>(kMost32);
   entry.vertices = countable ? static_cast<std::uint32_t>(vertices) : 0;
   const std::optional<std::uint32_t> faces = read_faces(reader, entry.vertices);
   entry.faces = faces.value_or(0);
+  const unsigned bits = unsigned{before.bits} + reader.read<std::uint8_t>();
   entry.crc32c = reader.read<std::uint32_t>();
   if (with_errors) {
     entry.error_rms = error_of_code(reader.read<std::uint16_t>());
@@ -99,26 +102,30 @@ Status read_entry(ByteReader& reader, std::uint32_t vertices_before, bool with_e
                  "a number in the directory is out of range or longer than it needs to be"};
   }
   if (!reader.ok()) return Error{ErrorCode::corrupt_data, at, "the directory ends within a level"};
-  if (!countable || !faces || entry.bytes < kLeastHeaderBytes) {
+  if (!countable || !faces || entry.bytes < kLeastHeaderBytes || bits < 1 || bits > directory.lattice.bits) {
     return Error{ErrorCode::corrupt_data, at, "a directory entry makes no sense"};
   }
+  entry.bits = static_cast<std::uint8_t>(bits);
   return {};
+}
+
+Error out_of_order(std::uint32_t level) {
+  return {ErrorCode::out_of_order, level, "packets do not stand in the order of their levels"};
 }
 
 Status check_entry(std::span<const std::byte> packet, const LevelEntry& entry, std::uint32_t level,
                    const Directory& directory) {
   Result<PacketHeader> header = check_packet(packet);
   if (!header) return header.error();
-  if (header->level != level) {
-    return Error{ErrorCode::out_of_order, header->level, "packets do not stand in the order of their levels"};
-  }
+  if (header->level != level) return out_of_order(header->level);
   if (!header->is_of(directory.generation)) {
     return Error{ErrorCode::wrong_mesh, level, "a packet belongs to another mesh or another encoding of it"};
   }
   if (header->last != (level + 1 == directory.levels.size())) {
     return Error{ErrorCode::corrupt_data, level, "the last packet is not where the directory ends"};
   }
-  if (header->vertices != entry.vertices || header->faces != entry.faces || header->crc32c != entry.crc32c) {
+  if (header->vertices != entry.vertices || header->faces != entry.faces || header->crc32c != entry.crc32c ||
+      header->missing_digits + unsigned{entry.bits} != directory.lattice.bits) {
     return Error{ErrorCode::corrupt_data, level, "directory and packet disagree on level " + std::to_string(level)};
   }
   return {};
@@ -130,27 +137,35 @@ Result<Directory> make_directory(std::span<const std::span<const std::byte>> pac
   Directory directory;
   directory.format_version = kFormatVersion;
   if (packets.empty()) return Error{ErrorCode::truncated, 0, "a mesh has at least its base packet"};
+  std::vector<PacketHeader> headers;
   for (const std::span<const std::byte> packet : packets) {
     Result<PacketHeader> header = check_packet(packet);
     if (!header) return header.error();
-    LevelEntry entry;
-    entry.bytes = static_cast<std::uint32_t>(packet.size());
-    entry.vertices = header->vertices;
-    entry.faces = header->faces;
-    entry.crc32c = header->crc32c;
-    if (directory.levels.empty()) directory.generation = header->generation;
-    directory.levels.push_back(entry);
+    headers.push_back(*header);
   }
-  for (std::size_t k = 0; k < packets.size(); ++k) {
-    Status status = check_entry(packets[k], directory.levels[k], static_cast<std::uint32_t>(k), directory);
-    if (!status) return status.error();
-  }
-  const Result<PacketHeader> of_base = parse_packet_header(packets[0]);
-  if (!of_base) return of_base.error();
-  Result<BaseHeader> base = parse_base_header(packets[0].subspan(of_base->size));
+  if (!headers[0].is_base()) return out_of_order(headers[0].level);
+  Result<BaseHeader> base = parse_base_header(packets[0].subspan(headers[0].size));
   if (!base) return base.error();
   directory.lattice = base->lattice;
   directory.lossless = base->lossless;
+  directory.generation = headers[0].generation;
+  directory.levels.resize(packets.size());
+  unsigned missing_before = directory.lattice.bits - 1;
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const PacketHeader& header = headers[k];
+    LevelEntry& entry = directory.levels[k];
+    entry.bytes = static_cast<std::uint32_t>(packets[k].size());
+    entry.vertices = header.vertices;
+    entry.faces = header.faces;
+    entry.bits = static_cast<std::uint8_t>(directory.lattice.bits - header.missing_digits);
+    entry.crc32c = header.crc32c;
+    Status status = check_entry(packets[k], entry, static_cast<std::uint32_t>(k), directory);
+    if (!status) return status.error();
+    if (header.missing_digits > missing_before) {
+      return Error{ErrorCode::corrupt_data, k, "level " + std::to_string(k) + " lacks more digits than it can"};
+    }
+    missing_before = header.missing_digits;
+  }
   const Box box = box_of(directory.lattice);
   directory.box_min = {box[0], box[1], box[2]};
   directory.box_max = {box[3], box[4], box[5]};
@@ -173,10 +188,10 @@ std::vector<std::byte> serialize(const Directory& directory) {
       writer.write_float(box[i]);
     }
   }
-  std::uint32_t vertices_before = 0;
+  LevelEntry before;
   for (const LevelEntry& entry : directory.levels) {
-    append_entry(writer, entry, vertices_before, (flags & kMeasuredFlag) != 0);
-    vertices_before = entry.vertices;
+    append_entry(writer, entry, before, (flags & kMeasuredFlag) != 0);
+    before = entry;
   }
   std::vector<std::byte> bytes;
   ByteWriter whole(bytes);
@@ -218,16 +233,18 @@ Status parse_content(std::span<const std::byte> head_and_content, std::size_t st
   if (!reader.ok()) return Error{ErrorCode::corrupt_data, box_at, "the directory ends within its bounding box"};
   directory.box_min = {box[0], box[1], box[2]};
   directory.box_max = {box[3], box[4], box[5]};
-  std::uint32_t vertices_before = 0;
   while (reader.position() < head_and_content.size()) {
     LevelEntry entry;
-    Status status = read_entry(reader, vertices_before, (flags & kMeasuredFlag) != 0, entry);
+    const LevelEntry before = directory.levels.empty() ? LevelEntry{} : directory.levels.back();
+    Status status = read_entry(reader, before, directory, (flags & kMeasuredFlag) != 0, entry);
     if (!status) return status;
-    vertices_before = entry.vertices;
     directory.levels.push_back(entry);
   }
   if (directory.levels.empty()) {
     return Error{ErrorCode::corrupt_data, head_and_content.size(), "a mesh has at least one level"};
+  }
+  if (directory.levels.back().bits != directory.lattice.bits) {
+    return Error{ErrorCode::corrupt_data, head_and_content.size(), "the last level lacks digits of its positions"};
   }
   if (flags != flags_of(directory)) {
     return Error{ErrorCode::corrupt_data, start, "the directory is not in its shortest form"};

@@ -19,6 +19,7 @@ struct LevelEntry {
   std::uint32_t bytes = 0;     ///< of the packet, header included
   std::uint32_t vertices = 0;  ///< of the finished level
   std::uint32_t faces = 0;
+  std::uint8_t bits = 0;     ///< of the lattice's bits, those that the finished level's positions have
   std::uint32_t crc32c = 0;  ///< the packet's own checksum field
   /// Distance from original vertices to the level's surface relative to the bounding-box diagonal; negative: not
   /// measured.
@@ -40,7 +41,8 @@ struct Directory {
 /// bounding box is the lattice's. Refuses packets that are damaged, out of order or of different meshes.
 Result<Directory> make_directory(std::span<const std::span<const std::byte>> packets);
 
-/// Bytes of the directory as they stand at the start of a file.
+/// Bytes of the directory as they stand at the start of a file. REQUIRES: no level has fewer bits than the one before,
+/// the last has all of the lattice's; else what it makes will be refused.
 std::vector<std::byte> serialize(const Directory& directory);
 
 struct ParsedDirectory {

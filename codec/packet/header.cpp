@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "codec/packet/header.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
+#include "codec/lattice/lattice.h"
 #include "codec/packet/crc32c.h"
 
 namespace pmcd::codec {
 namespace {
 
 constexpr std::uint8_t kLastFlag = 1;
-constexpr std::uint8_t kFlagBits = 0x0F;
+constexpr unsigned kMissingShift = 1;
+constexpr unsigned kMissingMask = 7;
+constexpr unsigned kManyMissing = kMissingMask;  // so many or more: a byte of their own says
 constexpr unsigned kVersionShift = 4;
 constexpr std::uint64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 static_assert(kFormatVersion < 16);
@@ -75,11 +79,12 @@ Result<PacketHeader> parse_packet_header(std::span<const std::byte> packet) {
                  "the packet has format version " + std::to_string(version) + ", this decoder reads version " +
                      std::to_string(kFormatVersion)};
   }
-  if ((flags & kFlagBits & ~kLastFlag) != 0) {
-    return Error{ErrorCode::unsupported_feature, kHeaderFlagsOffset, "unknown packet flags"};
-  }
   PacketHeader header;
   header.last = (flags & kLastFlag) != 0;
+  header.missing_digits = (flags >> kMissingShift) & kMissingMask;
+  if (header.last && header.missing_digits > 0) {
+    return Error{ErrorCode::corrupt_data, kHeaderFlagsOffset, "the last level lacks digits of its positions"};
+  }
   header.crc32c = reader.read<std::uint32_t>();
   header.level = static_cast<std::uint32_t>(reader.read_varint(kMost32));
   header.payload_bytes = static_cast<std::uint32_t>(reader.read_varint(kMost32 - kMostHeaderBytes));
@@ -93,6 +98,14 @@ Result<PacketHeader> parse_packet_header(std::span<const std::byte> packet) {
   if (!reader.ok()) return truncated;
   if (!faces) return Error{ErrorCode::corrupt_data, faces_at, "the number of faces is out of range"};
   header.faces = *faces;
+  if (header.missing_digits == kManyMissing) {
+    const std::size_t digits_at = reader.position();
+    header.missing_digits = reader.read<std::uint8_t>();
+    if (!reader.ok()) return truncated;
+    if (header.missing_digits < kManyMissing || header.missing_digits >= kMaxLatticeBits) {
+      return Error{ErrorCode::corrupt_data, digits_at, "the number of missing digits is out of range"};
+    }
+  }
   header.mesh_hash = read_bytes(reader, hash_bytes(header.last));
   header.generation = read_bytes(reader, generation_bytes(header.is_base()));
   if (!reader.ok()) return truncated;
@@ -121,12 +134,15 @@ std::vector<std::byte> make_packet(const PacketHeader& header, std::span<const s
   packet.reserve(kMostHeaderBytes + payload.size());
   ByteWriter writer(packet);
   writer.write(kPacketMagic);
-  writer.write(static_cast<std::uint8_t>((kFormatVersion << kVersionShift) | (header.last ? kLastFlag : 0)));
+  const unsigned missing = std::min<unsigned>(header.missing_digits, kManyMissing);
+  writer.write(static_cast<std::uint8_t>((kFormatVersion << kVersionShift) | (missing << kMissingShift) |
+                                         (header.last ? kLastFlag : 0)));
   writer.write(std::uint32_t{0});  // the checksum, when all else stands
   writer.write_varint(header.level);
   writer.write_varint(payload.size());
   writer.write_varint(header.vertices);
   write_faces(writer, header.vertices, header.faces);
+  if (missing == kManyMissing) writer.write(header.missing_digits);
   write_bytes(writer, header.mesh_hash, hash_bytes(header.last));
   write_bytes(writer, header.generation, generation_bytes(header.is_base()));
   packet.insert(packet.end(), payload.begin(), payload.end());

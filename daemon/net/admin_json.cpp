@@ -64,6 +64,7 @@ std::string show_json(const store::Mesh& mesh) {
                       {"bytes", entry.bytes},
                       {"vertices", entry.vertices},
                       {"faces", entry.faces},
+                      {"bits", entry.bits},
                       {"error_rms", measured(entry.error_rms)},
                       {"error_max", measured(entry.error_max)},
                       {"crc32c", hex(entry.crc32c, 8)}});

@@ -66,6 +66,7 @@ struct MeshTables::Statements {
                                 "WHERE generation = ?1 AND collecting = 0 "
                                 "ORDER BY retired_at IS NOT NULL, id DESC LIMIT 1"),
         levels(db, kSelectLevels),
+        directory(db, kSelectDirectory),
         packet(db, "SELECT crc32c, data FROM packet WHERE mesh = ?1 AND level = ?2"),
         state(db, "SELECT retired_at IS NULL, collecting, packets FROM mesh WHERE id = ?1"),
         retire(db, "UPDATE mesh SET retired_at = ?2 WHERE id = ?1"),
@@ -84,6 +85,7 @@ struct MeshTables::Statements {
   Statement find;
   Statement find_generation;
   Statement levels;
+  Statement directory;
   Statement packet;
   Statement state;
   Statement retire;
@@ -110,7 +112,8 @@ Result<Inserted> MeshTables::insert(const NewMesh& mesh) {
   const std::optional<MeshId> before = live(mesh.name);
   if (before && !mesh.replace) return name_taken(mesh.name);
   if (before) retire(*before);
-  bind_summary(statements_->insert_mesh, summary);
+  const std::vector<std::byte> directory = codec::serialize(mesh.directory);
+  bind_summary(statements_->insert_mesh, summary, directory);
   statements_->insert_mesh.run();
   summary.id = db_.last_insert_id();
   for (std::size_t level = 0; level < mesh.packets.size(); ++level) {
@@ -171,7 +174,12 @@ Result<Mesh> MeshTables::with_levels(MeshSummary summary) {
   if (levels.size() > summary.packets) {
     throw SqliteError(SQLITE_CORRUPT, "mesh " + std::to_string(summary.id) + " has more packets than it should");
   }
-  return Mesh{std::move(summary), std::move(levels)};
+  Mesh mesh{std::move(summary), std::move(levels)};
+  Statement& directory = statements_->directory;
+  const ResetAtExit directory_guard(directory);
+  if (!directory.bind(1, mesh.summary.id).step()) throw row_missing(mesh.summary.id);
+  complete(directory, mesh);
+  return mesh;
 }
 
 Result<std::vector<std::byte>> MeshTables::read_packet(MeshId mesh, std::uint32_t level) {

@@ -48,10 +48,14 @@ CREATE UNIQUE INDEX mesh_name ON mesh (name) WHERE retired_at IS NULL;
 CREATE INDEX mesh_generation ON mesh (generation);
 )sql";
 
+// Version 3: the level directory as it came, which says more than the columns do.
+constexpr const char* kTo3 = "ALTER TABLE mesh ADD COLUMN directory BLOB";
+
 }  // namespace
 
 void migrate(Db& db, std::int64_t version) {
   if (version < 2) db.execute(kTo2);
+  if (version < 3) db.execute(kTo3);
   Statement broken(db, "PRAGMA foreign_key_check");
   if (broken.step()) throw SqliteError(SQLITE_CORRUPT, "a packet belongs to no mesh");
 }

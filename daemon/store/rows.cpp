@@ -3,6 +3,9 @@
 #include "daemon/store/rows.h"
 
 #include <utility>
+#include <vector>
+
+#include "codec/packet/directory.h"
 
 namespace pmcd::store {
 namespace {
@@ -50,7 +53,7 @@ MeshSummary read_summary(const Statement& row) {
   return mesh;
 }
 
-void bind_summary(Statement& row, const MeshSummary& mesh) {
+void bind_summary(Statement& row, const MeshSummary& mesh, std::span<const std::byte> directory) {
   row.bind(1, std::string_view(mesh.name));
   row.bind(2, mesh.added_at);
   row.bind(3, static_cast<std::int64_t>(mesh.generation));
@@ -69,6 +72,21 @@ void bind_summary(Statement& row, const MeshSummary& mesh) {
   row.bind(19, std::int64_t{mesh.faces});
   row.bind(20, std::int64_t{mesh.packets});
   row.bind(21, static_cast<std::int64_t>(mesh.bytes));
+  row.bind(22, directory);
+}
+
+void complete(const Statement& row, Mesh& mesh) {
+  const std::vector<std::byte> directory = row.blob(0);
+  if (directory.empty()) {
+    for (codec::LevelEntry& level : mesh.levels) level.bits = narrow<std::uint8_t>(mesh.summary.lattice.bits, "bits");
+    return;
+  }
+  const auto parsed = codec::parse_directory(directory);
+  if (!parsed || parsed->directory.levels.size() != mesh.levels.size()) {
+    throw SqliteError(SQLITE_CORRUPT, "the directory of mesh " + std::to_string(mesh.summary.id) + " is damaged");
+  }
+  mesh.summary.lattice = parsed->directory.lattice;
+  for (std::size_t k = 0; k < mesh.levels.size(); ++k) mesh.levels[k].bits = parsed->directory.levels[k].bits;
 }
 
 codec::LevelEntry read_level(const Statement& row, std::int64_t& level) {

@@ -24,8 +24,15 @@ MeshSummary read_summary(const Statement& row);
 inline constexpr const char* kInsertSummary =
     "INSERT INTO mesh (name, added_at, generation, format_version, lossless, scalar, lattice_bits, lattice_x, "
     "lattice_y, lattice_z, lattice_step, box_min_x, box_min_y, box_min_z, box_max_x, box_max_y, box_max_z, vertices, "
-    "faces, packets, bytes) VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21)";
-void bind_summary(Statement& row, const MeshSummary& mesh);
+    "faces, packets, bytes, directory) "
+    "VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22)";
+void bind_summary(Statement& row, const MeshSummary& mesh, std::span<const std::byte> directory);
+
+/// What complete reads, of mesh ?1.
+inline constexpr const char* kSelectDirectory = "SELECT ifnull(directory, x'') FROM mesh WHERE id = ?1";
+/// Puts into `mesh`, which its other columns and its packets' rows made, what only the stored directory tells: the
+/// lattice's unit and the precision of levels. Without one all levels have the lattice's.
+void complete(const Statement& row, Mesh& mesh);
 
 /// What read_level reads, of mesh ?1 in ascending order.
 inline constexpr const char* kSelectLevels =

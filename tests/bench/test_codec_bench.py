@@ -114,7 +114,9 @@ class Programs(unittest.TestCase):
         self.assertAlmostEqual(bits["total"] * 1002 / 8, sum(level["bytes"] for level in levels))
         unmeasured = self.bench(path, "--bits", 10, "--repeat", 1)
         self.assertEqual([level["error_rms"] for level in unmeasured["levels"]], [None] * len(levels))
-        self.assertIn("effort", self.bench(path, "--effort", "nonsense", code=1))
+        best = self.bench(path, "--bits", 10, "--repeat", 1, "--effort", "best")
+        self.assertNotEqual(best["bits_per_vertex"]["total"], bits["total"])
+        self.assertIn("no effort nonsense", self.bench(path, "--effort", "nonsense", code=1))
 
     def test_xz_and_digits(self):
         def ply(*coordinates):

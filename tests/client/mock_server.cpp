@@ -137,8 +137,8 @@ MockMesh mock_mesh(const std::vector<std::size_t>& payload_bytes) {
     proto::Bytes packet = codec::make_packet(header, payload);
     const auto written = codec::check_packet(packet);
     if (!written) throw std::runtime_error("mock packet: " + written.error().detail);
-    directory.levels.push_back(
-        {static_cast<std::uint32_t>(packet.size()), header.vertices, header.faces, written->crc32c, -1, -1});
+    directory.levels.push_back({static_cast<std::uint32_t>(packet.size()), header.vertices, header.faces,
+                                static_cast<std::uint8_t>(directory.lattice.bits), written->crc32c, -1, -1});
     mesh.packets.push_back(std::move(packet));
   }
   mesh.directory = codec::serialize(directory);

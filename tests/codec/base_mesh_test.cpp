@@ -24,7 +24,7 @@ Coded coded(const TriangleMesh& mesh, unsigned bits, unsigned shift) {
   for (const Position& p : mesh.positions) result.plan.points.push_back(result.written.lattice.snap(p));
   result.plan.base = *HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
   result.plan.seeds = choose_seeds(result.plan.base);
-  PlanWriter writer(result.plan, {}, 0, false, false, result.bytes);
+  PlanWriter writer(result.plan, {}, false, false, result.bytes);
   const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
   const Status status =
       code_base_mesh(result.written, writer, vertices, static_cast<std::uint32_t>(mesh.faces.size()), shift);

@@ -87,7 +87,7 @@ TEST(DirectoryTest, ComesBackAsWritten) {
     directory->levels[k].error_max = k == 0 ? -1 : 0.5;
   }
   Bytes bytes = serialize(*directory);
-  EXPECT_LE(bytes.size(), 60 + 13 * directory->levels.size());
+  EXPECT_LE(bytes.size(), 60 + 14 * directory->levels.size());
   bytes.insert(bytes.end(), 17, std::byte{0xEE});  // what follows is not its business
   const Result<ParsedDirectory> parsed = parse_directory(bytes);
   ASSERT_TRUE(parsed.ok()) << text(parsed.error());
@@ -106,11 +106,50 @@ TEST(DirectoryTest, ComesBackAsWritten) {
     EXPECT_EQ(got.levels[k].bytes, directory->levels[k].bytes);
     EXPECT_EQ(got.levels[k].vertices, directory->levels[k].vertices);
     EXPECT_EQ(got.levels[k].faces, directory->levels[k].faces);
+    EXPECT_EQ(got.levels[k].bits, directory->levels[k].bits);
     EXPECT_EQ(got.levels[k].crc32c, directory->levels[k].crc32c);
     EXPECT_EQ(got.levels[k].error_rms, directory->levels[k].error_rms);
     EXPECT_EQ(got.levels[k].error_max, directory->levels[k].error_max);
   }
   EXPECT_EQ(serialize(got), Bytes(bytes.begin(), bytes.end() - 17));
+}
+
+TEST(DirectoryTest, TellsThePrecisionOfEachLevel) {
+  Random random(5);
+  TriangleMesh mesh = torus(30, 20);
+  jitter(mesh, 0.02, random);
+  EncodeOptions options;
+  options.bits = 16;
+  const Result<Encoded> encoded = encode(mesh, options);
+  ASSERT_TRUE(encoded.ok()) << text(encoded.error());
+  const std::vector<EncodedPacket>& packets = encoded->packets;
+  const Result<Directory> directory = make_directory(spans(packets));
+  ASSERT_TRUE(directory.ok()) << text(directory.error());
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const Result<PacketHeader> header = parse_packet_header(packets[k].bytes);
+    ASSERT_TRUE(header.ok());
+    EXPECT_EQ(directory->levels[k].bits, directory->lattice.bits - header->missing_digits);
+    EXPECT_GE(directory->levels[k].bits, k == 0 ? 1 : directory->levels[k - 1].bits);
+  }
+  EXPECT_LT(directory->levels.front().bits, directory->lattice.bits);
+  EXPECT_EQ(directory->levels.back().bits, directory->lattice.bits);
+}
+
+TEST(DirectoryTest, NoneForPacketsWhoseDigitsCannotBe) {
+  const std::vector<EncodedPacket> packets = sample_packets();
+  auto made = [&](std::size_t k, std::uint8_t missing) {
+    const Result<PacketHeader> honest = parse_packet_header(packets[k].bytes);
+    PacketHeader header = *honest;
+    header.missing_digits = missing;
+    const Bytes forged = make_packet(header, std::span<const std::byte>(packets[k].bytes).subspan(header.size));
+    auto all = spans(packets);
+    all[k] = forged;
+    return make_directory(all);
+  };
+  ASSERT_GE(packets.size(), 3u);
+  EXPECT_TRUE(made(0, 9).ok());
+  expect_error(made(0, 10), ErrorCode::corrupt_data, 0);
+  expect_error(made(1, 9), ErrorCode::corrupt_data, 1);
 }
 
 TEST(DirectoryTest, NoneForPacketsThatDoNotBelongTogether) {
@@ -146,7 +185,7 @@ Directory small_directory() {
   directory.lattice.step = 8.0 / 4095;
   directory.box_min = directory.lattice.min;
   directory.box_max = directory.lattice.position({4095, 4095, 4095});
-  directory.levels = {{300, 34, 64, 0x01020304, -1, -1}, {20, 36, 68, 0x05060708, -1, -1}};
+  directory.levels = {{300, 34, 64, 9, 0x01020304, -1, -1}, {20, 36, 68, 12, 0x05060708, -1, -1}};
   return directory;
 }
 
@@ -173,11 +212,11 @@ Bytes directory_around(const Bytes& content, int version = kFormatVersion) {
 
 TEST(DirectoryTest, StandsWhereTheFormatSays) {
   Directory directory = small_directory();
-  const Bytes first = bytes_of({0xAC, 2, 68, 7, 4, 3, 2, 1});
-  const Bytes second = bytes_of({20, 4, 7, 8, 7, 6, 5});
+  const Bytes first = bytes_of({0xAC, 2, 68, 7, 9, 4, 3, 2, 1});
+  const Bytes second = bytes_of({20, 4, 7, 3, 8, 7, 6, 5});
   const Bytes content = content_of_small_directory() + first + second;
   EXPECT_EQ(serialize(directory), directory_around(content));
-  EXPECT_EQ(content.size(), 42u);
+  EXPECT_EQ(content.size(), 44u);
   // The corners that the lattice does not know, in float32.
   directory.box_min[1] = 0.75;
   directory.box_max[2] = 2;
@@ -210,6 +249,7 @@ void expect_same(const Directory& a, const Directory& b) {
     EXPECT_EQ(a.levels[k].bytes, b.levels[k].bytes);
     EXPECT_EQ(a.levels[k].vertices, b.levels[k].vertices);
     EXPECT_EQ(a.levels[k].faces, b.levels[k].faces);
+    EXPECT_EQ(a.levels[k].bits, b.levels[k].bits);
     EXPECT_EQ(a.levels[k].crc32c, b.levels[k].crc32c);
     EXPECT_EQ(a.levels[k].error_rms, b.levels[k].error_rms);
     EXPECT_EQ(a.levels[k].error_max, b.levels[k].error_max);
@@ -236,7 +276,7 @@ TEST(DirectoryTest, EveryFormComesBack) {
   kept([](Directory& d) { d.lattice.step = 0.3; });
   kept([](Directory& d) { d.levels[0].vertices = 0xFFFFFFFFu; });
   kept([](Directory& d) { d.levels[1].vertices = 0xFFFFFFFFu; });
-  kept([](Directory& d) { d.levels[1] = {0xFFFFFFFFu, 0, 0xFFFFFFFFu, 0, -1, 0.5}; });
+  kept([](Directory& d) { d.levels[1] = {0xFFFFFFFFu, 0, 0xFFFFFFFFu, 12, 0, -1, 0.5}; });
   kept([](Directory& d) { d.levels.resize(1000, d.levels[1]); });
 }
 
@@ -255,7 +295,7 @@ TEST(DirectoryTest, ErrorsAreRounded) {
 
 TEST(DirectoryTest, ContentThatMakesNoSenseIsRefusedBehindARightChecksum) {
   auto parsed = [](const Bytes& content) { return parse_directory(directory_around(content)); };
-  const Bytes level = bytes_of({20, 4, 7, 8, 7, 6, 5});
+  const Bytes level = bytes_of({20, 4, 7, 12, 8, 7, 6, 5});
   const Bytes head = content_of_small_directory();
   constexpr std::size_t kContent = 6;  // "PMCD", version, one byte of length
   constexpr std::size_t kLevels = kContent + 27;
@@ -292,8 +332,10 @@ TEST(DirectoryTest, ContentThatMakesNoSenseIsRefusedBehindARightChecksum) {
                ErrorCode::corrupt_data, kContent);
   // Numbers of a level.
   const Bytes crc = bytes_of({8, 7, 6, 5});
-  auto second = [&](std::initializer_list<int> numbers) { return parsed(head + level + bytes_of(numbers) + crc); };
-  constexpr std::size_t kSecond = kLevels + 7;
+  auto second = [&](std::initializer_list<int> numbers, int more_bits = 0) {
+    return parsed(head + level + bytes_of(numbers) + bytes_of({more_bits}) + crc);
+  };
+  constexpr std::size_t kSecond = kLevels + 8;
   EXPECT_TRUE(second({15, 0, 7}).ok());
   expect_error(second({14, 0, 7}), ErrorCode::corrupt_data, kSecond);            // shorter than a header
   expect_error(second({0x94, 0, 0, 7}), ErrorCode::corrupt_data, kSecond);       // longer than it needs to be
@@ -303,6 +345,12 @@ TEST(DirectoryTest, ContentThatMakesNoSenseIsRefusedBehindARightChecksum) {
   expect_error(second({20, 4, 17}), ErrorCode::corrupt_data, kSecond);           // nine faces less than eight
   expect_error(second({0x80, 0x80, 0x80, 0x80, 0x10, 4, 7}), ErrorCode::corrupt_data, kSecond);   // 2^32 bytes
   expect_error(second({20, 0xFC, 0xFF, 0xFF, 0xFF, 0x1F, 0}), ErrorCode::corrupt_data, kSecond);  // 2^32 vertices
+  expect_error(second({20, 4, 7}, 1), ErrorCode::corrupt_data, kSecond);                          // 13 bits of 12
+  expect_error(second({20, 4, 7}, 255), ErrorCode::corrupt_data, kSecond);                        // they never fall
+  expect_error(parsed(head + bytes_of({20, 4, 7, 0}) + crc), ErrorCode::corrupt_data, kLevels);   // none
+  const Bytes coarse = bytes_of({20, 4, 7, 11}) + crc;
+  expect_error(parsed(head + coarse), ErrorCode::corrupt_data, kLevels + 8);  // the last level has not all
+  EXPECT_TRUE(parsed(head + coarse + bytes_of({15, 0, 7, 1}) + crc).ok());
   // The number of bytes itself.
   const Bytes good = directory_around(head + level);
   for (const int few : {0, 3}) {
@@ -342,6 +390,7 @@ TEST(FileTest, DirectoryAndPacketsMustAgree) {
   EXPECT_TRUE(parsed([](Directory&) {}).ok());
   expect_error(parsed([](Directory& d) { d.levels[1].vertices += 1; }), ErrorCode::corrupt_data, 1);
   expect_error(parsed([](Directory& d) { d.levels[2].faces += 1; }), ErrorCode::corrupt_data, 2);
+  expect_error(parsed([](Directory& d) { d.levels[0].bits -= 1; }), ErrorCode::corrupt_data, 0);
   expect_error(parsed([](Directory& d) { d.levels[0].crc32c ^= 1; }), ErrorCode::corrupt_data, 0);
   expect_error(parsed([](Directory& d) { d.generation ^= 1; }), ErrorCode::wrong_mesh, 0);
   EXPECT_FALSE(parsed([](Directory& d) { d.levels[0].bytes += 1; }).ok());

@@ -153,6 +153,7 @@ TEST(EncoderReportTest, BitsAddUpToThePayloads) {
     EXPECT_GT(bits.base, 0);
     EXPECT_GT(bits.connectivity, 0);
     EXPECT_GT(bits.geometry, bits.connectivity);
+    EXPECT_GT(bits.precision, 0);
     EXPECT_GT(bits.isolated, 0);
     EXPECT_EQ(bits.exactness > 0, !options.bits.has_value());
   }
@@ -184,7 +185,8 @@ TEST(EncoderTest, CleaningStandsInTheStream) {
   const Encoded plain = encoded(sphere(4), with_bits(12));
   const Encoded cleaned = encoded(sphere(4), cleaning);
   EXPECT_NE(plain.packets.back().bytes, cleaned.packets.back().bytes);
-  EXPECT_NE(plain.report.passes, cleaned.report.passes);
+  EXPECT_NE(plain.report.gates, cleaned.report.gates);
+  EXPECT_NE(plain.packets[1].vertices, cleaned.packets[1].vertices);
 }
 
 TEST(EncoderTest, LimitsChangeWhatIsRemovedAndNeverTheResult) {

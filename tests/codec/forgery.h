@@ -30,7 +30,6 @@ inline std::vector<std::byte> base_payload(const std::function<void(RangeEncoder
   std::vector<std::byte> payload;
   append_base_header(payload, lattice, false);
   RangeEncoder encoder(payload);
-  encoder.raw(0, 5);  // all digits are known
   encoder.raw(0, 1);  // no coordinates repeat
   write(encoder);
   encoder.finish();

@@ -83,9 +83,11 @@ std::vector<Bytes> packets_of_example() {
   base.faces = 64;
   base.mesh_hash = 0xAABBCCDDEEFF0011;
   base.generation = kGeneration;
+  base.missing_digits = 3;
   PacketHeader last = base;
   last.last = true;
   last.level = 1;
+  last.missing_digits = 0;
   last.vertices = 300;
   last.faces = 590;
   last.mesh_hash = 0x0102030405060708;
@@ -109,10 +111,12 @@ TEST(FormatDocument, ExampleIsReadAsItSays) {
   ASSERT_EQ(directory.levels.size(), 2u);
   EXPECT_EQ(directory.levels[0].vertices, 34u);
   EXPECT_EQ(directory.levels[0].faces, 64u);
+  EXPECT_EQ(directory.levels[0].bits, 9);
   EXPECT_EQ(directory.levels[0].error_rms, 0.009765625);
   EXPECT_EQ(directory.levels[0].error_max, 0.046875);
   EXPECT_EQ(directory.levels[1].vertices, 300u);
   EXPECT_EQ(directory.levels[1].faces, 590u);
+  EXPECT_EQ(directory.levels[1].bits, 12);
   EXPECT_EQ(directory.levels[1].error_rms, 0);
   EXPECT_EQ(directory.levels[1].error_max, 0);
   const std::vector<Bytes> packets = packets_of_example();

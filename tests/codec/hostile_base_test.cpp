@@ -22,9 +22,8 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// What a base packet says ahead of its mesh: all digits are known, no coordinates repeat.
-void write_precision(LyingSource& source) {
-  source.raw(0, 5);
+// What a base packet says ahead of its mesh: no coordinates repeat.
+void write_structure(LyingSource& source) {
   source.raw(0, 1);
 }
 
@@ -35,7 +34,7 @@ Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::functio
   lattice.step = 1.0 / 4095;
   append_base_header(payload, lattice, false);
   LyingSource source(payload, beyond);
-  write_precision(source);
+  write_structure(source);
   LevelState state;
   state.lattice = lattice;
   (void)code_base_mesh(state, source, vertices, faces, 0);  // what it writes counts, not what it thinks of it
@@ -143,7 +142,7 @@ Bytes one_isolated_vertex(const Lattice& lattice, bool lossless, const LatticePo
   Bytes payload;
   append_base_header(payload, lattice, lossless);
   LyingSource source(payload, {});
-  write_precision(source);
+  write_structure(source);
   UnsignedModel().code(source, 0);  // no component
   source.raw(1, 1);                 // isolated vertices:
   source.raw(1, 32);                // one

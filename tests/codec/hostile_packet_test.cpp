@@ -218,7 +218,6 @@ TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
   limits.max_faces = 4000;
   for (const auto& packets : samples()) {
     Outcomes outcomes;
-    std::size_t tried = 0;
     for (std::size_t k = 0; k < packets.size(); ++k) {
       Decoder honest;
       for (std::size_t i = 0; i <= k; ++i) ASSERT_TRUE(honest.apply(packets[i].bytes).ok());
@@ -232,9 +231,13 @@ TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
         if (bit / 8 >= kHeaderChecksumOffset && bit / 8 < kHeaderNumbersOffset) continue;  // the checksum itself
         Bytes forged = bytes;
         forged[bit / 8] ^= static_cast<std::byte>(1u << (bit % 8));
+        const auto accepted_before = outcomes.accepted;
         expect_harmless(with_right_checksum(forged), right, limits, packets, k, outcomes);
         if (HasFatalFailure()) FAIL() << "packet " << k << " bit " << bit;
-        ++tried;
+        // No level depends on the generation of packet 0, which ends its header, nor on the last bits of a stream.
+        const bool of_generation = k == 0 && bit / 8 < payload_at && bit / 8 + 8 >= payload_at;
+        EXPECT_TRUE(outcomes.accepted == accepted_before || of_generation || bit / 8 + 1 == bytes.size())
+            << "packet " << k << " bit " << bit << " does not matter";
       }
     }
     EXPECT_EQ(outcomes.errors.count(ErrorCode::hash_mismatch), 1u);
@@ -242,7 +245,7 @@ TEST(HostilePackets, FlippedBitsBehindARightChecksumNeverMakeAnotherMesh) {
     EXPECT_EQ(outcomes.errors.count(ErrorCode::limit_exceeded), 1u);
     EXPECT_EQ(outcomes.errors.count(ErrorCode::checksum_mismatch), 0u);
     // Only what no level depends on: the generation of packet 0, `last`, the last bits of a stream.
-    EXPECT_LT(outcomes.accepted, tried / 60);
+    EXPECT_LE(outcomes.accepted, 64 + 8 * packets.size());
   }
 }
 

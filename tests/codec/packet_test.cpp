@@ -121,8 +121,8 @@ TEST(PacketHeaderTest, EveryFieldIsRefusedByName) {
     expect_error(check_packet(with(1, (version << 4) | 1)), ErrorCode::unsupported_version,
                  static_cast<std::uint64_t>(version));
   }
-  for (const int flag : {2, 4, 8}) {
-    expect_error(check_packet(with(1, (kFormatVersion << 4) | 1 | flag)), ErrorCode::unsupported_feature, 1);
+  for (const int missing : {1, 4, 7}) {  // of the last packet
+    expect_error(check_packet(with(1, (kFormatVersion << 4) | 1 | (missing << 1))), ErrorCode::corrupt_data, 1);
   }
   expect_error(check_packet(with(7, 6)), ErrorCode::truncated, good.size());
   expect_error(check_packet(with(7, 4)), ErrorCode::trailing_bytes, header_bytes + 4);
@@ -161,6 +161,28 @@ TEST(PacketHeaderTest, NumbersHaveOneFormAndTheirRange) {
   EXPECT_TRUE(parsed({1, 0, 10, 39}).ok());                                                    // none
   expect_error(parsed({1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x20}), ErrorCode::corrupt_data, 9);   // 2^32 faces
   EXPECT_TRUE(parsed({1, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 0x1F}).ok());
+}
+
+TEST(PacketHeaderTest, MissingDigitsHaveOneForm) {
+  PacketHeader header;
+  for (unsigned missing = 0; missing < 24; ++missing) {
+    header.missing_digits = static_cast<std::uint8_t>(missing);
+    const Bytes packet = make_packet(header, {});
+    EXPECT_EQ(packet.size(), 21u + (missing < 7 ? 0 : 1));
+    EXPECT_EQ(packet[1], static_cast<std::byte>((kFormatVersion << 4) | (std::min(missing, 7u) << 1)));
+    const Result<PacketHeader> got = check_packet(packet);
+    ASSERT_TRUE(got.ok()) << text(got.error());
+    EXPECT_EQ(got->missing_digits, missing);
+    EXPECT_EQ(got->size, packet.size());
+    if (missing < 7) continue;
+    EXPECT_EQ(packet[10], static_cast<std::byte>(missing)) << "behind level, payload bytes and counts";
+    expect_error(parse_packet_header(std::span<const std::byte>(packet).first(10)), ErrorCode::truncated, 10);
+    for (const int wrong : {0, 6, 24, 255}) {
+      Bytes forged = packet;
+      forged[10] = static_cast<std::byte>(wrong);
+      expect_error(check_packet(with_right_checksum(forged)), ErrorCode::corrupt_data, 10);
+    }
+  }
 }
 
 TEST(PacketHeaderTest, HeaderAloneSaysWhatFollows) {

@@ -20,6 +20,7 @@ EncodeOptions any_options(std::uint64_t seed) {
   if (random.one_in(3)) options.max_packets_after_base = 1 + random.below(20);
   if (random.one_in(3)) options.min_flip_cosine = 2 * random.unit() - 1;
   if (random.one_in(3)) options.max_shape_error = random.unit();
+  if (random.one_in(3)) options.effort = Effort::best;
   return options;
 }
 
@@ -55,6 +56,9 @@ TEST(Properties, ZooWithEveryKindOfOption) {
     for (const bool cleaning : {false, true}) {
       EncodeOptions options;
       options.cleaning = cleaning;
+      options.effort = Effort::best;
+      EXPECT_EQ(check(mesh, options), "") << name << ", lossless, with effort";
+      options.effort = Effort::standard;
       EXPECT_EQ(check(mesh, options), "") << name << ", lossless";
       for (unsigned bits : {4u, 7u, 12u, 16u, 24u}) {
         options.bits = bits;
@@ -62,6 +66,15 @@ TEST(Properties, ZooWithEveryKindOfOption) {
       }
     }
   }
+}
+
+TEST(Properties, EffortDoesNotMatterToTheResult) {
+  rc::check("encode with effort and decode", [](std::uint64_t seed) {
+    EncodeOptions options = any_options(seed);
+    options.effort = Effort::best;
+    const std::string broken = check(any_mesh(seed), options);
+    if (!broken.empty()) RC_FAIL("seed " + std::to_string(seed) + ": " + broken);
+  });
 }
 
 TEST(Properties, EveryNumberOfBits) {

@@ -89,7 +89,7 @@ def answers(context):
         shown = admin.ask("admin_show", name="b")[0]
         _expect_mesh(shown, "b", file)
         expect("levels", [{"level": k, "bytes": level.bytes, "vertices": level.vertices, "faces": level.faces,
-                           "error_rms": None, "error_max": None, "crc32c": f"{level.crc:08x}"}
+                           "bits": level.bits, "error_rms": None, "error_max": None, "crc32c": f"{level.crc:08x}"}
                           for k, level in enumerate(file.directory.levels)], shown["levels"])
         status = admin.ask("admin_status")[0]
         expect("fields of the status", [], [name for name in (

@@ -120,6 +120,7 @@ class Level:
     bytes: int
     vertices: int
     faces: int
+    bits: int
     crc: int
     rms: float
     most: float
@@ -186,12 +187,13 @@ def _error(code):
 
 
 def _read_levels(reader, measured):
-    vertices = 0
+    vertices = bits = 0
     while reader.at < reader.end:
         size, vertices = reader.varint(), vertices + reader.signed()
-        faces, (crc,) = 2 * vertices + reader.signed(), reader.take("<I")
+        faces, (more_bits, crc) = 2 * vertices + reader.signed(), reader.take("<BI")
+        bits += more_bits
         errors = map(_error, reader.take("<HH") if measured else (_NOT_MEASURED, _NOT_MEASURED))
-        yield Level(size, vertices, faces, crc, *errors)
+        yield Level(size, vertices, faces, bits, crc, *errors)
 
 
 def read_directory(data):
@@ -215,6 +217,8 @@ def read_directory(data):
     levels = list(_read_levels(reader, parts & _MEASURED))
     if not levels:
         raise BadFile("a directory without a level")
+    if levels[0].bits < 1 or levels[-1].bits != bits:
+        raise BadFile(f"levels of {levels[0].bits} to {levels[-1].bits} bits on a lattice of {bits}")
     return Directory(data[:size], flags, bits, generation, tuple(box), levels)
 
 
@@ -222,14 +226,15 @@ def write_directory(flags, bits, generation, levels):
     """A directory over the unit cube whose levels have no errors."""
     content = (struct.pack("<BBB3ffQ", 0, bits, flags | 1 << 3, 0, 0, 0, 1, generation)
                + b"".join(varint(level.bytes) + varint(zigzag(level.vertices - before.vertices))
-                          + varint(zigzag(level.faces - 2 * level.vertices)) + struct.pack("<I", level.crc)
-                          for before, level in zip([Level(0, 0, 0, 0, -1.0, -1.0), *levels], levels)))
+                          + varint(zigzag(level.faces - 2 * level.vertices))
+                          + struct.pack("<BI", level.bits - before.bits, level.crc)
+                          for before, level in zip([Level(0, 0, 0, 0, 0, -1.0, -1.0), *levels], levels)))
     raw = b"PMCD\0" + varint(len(content) + 4) + content
     return raw + struct.pack("<I", crc32c(raw))
 
 
 def packet_head(number, last, payload, vertices, faces, mesh_hash, generation):
-    """(two bytes, the rest of the header): what stands before the checksum and behind it."""
+    """(two bytes, the rest of the header): what stands before the checksum and behind it. No digits are missing."""
     return (bytes([_MAGIC, int(last)]),
             varint(number) + varint(payload) + varint(vertices) + varint(zigzag(faces - 2 * vertices))
             + struct.pack("<Q", mesh_hash)[:8 if last else 3] + struct.pack("<Q", generation)[:8 if number == 0 else 2])
@@ -239,7 +244,9 @@ def check_packet(data, level, number):
     """Raises BadFile unless `data` is packet `number` as `level` announced it: length, head, checksum."""
     if len(data) != level.bytes:
         raise BadFile(f"packet {number} has {len(data)} bytes, the directory says {level.bytes}")
-    if data[:1] != bytes([_MAGIC]) or data[1] > 1 or _Reader(data, _NUMBERS, len(data)).varint() != number:
+    flags = data[1]  # the last level lacks no digits
+    if (data[0] != _MAGIC or flags >> 4 or (flags & 1 and flags != 1)
+            or _Reader(data, _NUMBERS, len(data)).varint() != number):
         raise BadFile(f"no packet {number}: {data[:12].hex(' ')}")
     announced, = struct.unpack_from("<I", data, 2)
     computed = crc32c(data[_NUMBERS:], crc32c(data[:2]))
@@ -306,6 +313,6 @@ def make(sizes, seed):
         payload, payload_crc = _payload(source, payload_bytes)
         crc = crc32c_joined(crc32c(rest, crc32c(start)), payload_crc, len(payload))
         packets.append(start + struct.pack("<I", crc) + rest + payload)
-        levels.append(Level(len(packets[-1]), vertices, faces, crc, -1.0, -1.0))
+        levels.append(Level(len(packets[-1]), vertices, faces, 10, crc, -1.0, -1.0))
     raw = write_directory(0, 10, generation, levels)
     return PacketFile(raw + b"".join(packets))

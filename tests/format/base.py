@@ -16,7 +16,7 @@ class BaseMesh:
     def __init__(self, reader, base, header):
         self.reader = reader
         self.header = header
-        self.shift = reader.raw(5)
+        self.shift = header.shift
         if self.shift >= base.bits:
             raise Damaged("shift")
         self.structured = reader.raw(1)

@@ -93,9 +93,10 @@ class Packet:
         if reader.unsigned(1) != 0x9B:
             raise Damaged("no packet")
         flags = reader.unsigned(1)
-        if flags & 0xFE:
-            raise Damaged("flags")
+        if flags & 0xF0:
+            raise Damaged("version")
         self.last = flags & 1
+        self.shift = flags >> 1 & 7
         checksum = reader.unsigned(4)
         if checksum != crc32c(data[:2] + data[6:]):
             raise Damaged("checksum")
@@ -103,6 +104,8 @@ class Packet:
         size = reader.varint()
         self.vertices = reader.varint()
         self.faces = 2 * self.vertices + reader.zigzag()
+        if self.shift == 7:
+            self.shift = reader.unsigned(1)
         self.hash_bytes = 8 if self.last else 3
         self.hash = reader.unsigned(self.hash_bytes)
         self.generation = reader.unsigned(8 if self.level == 0 else 2)

@@ -105,7 +105,7 @@ def read_ears(state, reader, header):
 def read_refinement(state, reader, header):
     mesh = state.mesh
     shift_before, count_before = state.shift, len(mesh.points)
-    state.shift = reader.raw(5)
+    state.shift = header.shift
     if not 0 <= shift_before - state.shift <= 8:
         raise Damaged("shift")
     often = reader.raw(1)

@@ -30,11 +30,12 @@ std::vector<std::byte> as_packet(Input bytes, std::uint32_t level) {
   std::vector<std::byte> packet(bytes.begin(), bytes.end());
   packet.resize(std::max(packet.size(), codec::kLeastHeaderBytes));
   packet[0] = std::byte{codec::kPacketMagic};
-  packet[1] &= std::byte{1};
+  packet[1] &= std::byte{0x0F};
+  if ((packet[1] & std::byte{1}) != std::byte{0}) packet[1] = std::byte{1};  // the last level lacks no digits
   const auto read = codec::parse_packet_header(packet);
   codec::PacketHeader header = read ? *read : codec::PacketHeader{};
   if (!read) {
-    header.last = packet[1] != std::byte{0};
+    header.last = packet[1] == std::byte{1};
     header.size = codec::kLeastHeaderBytes;
   }
   header.level = level;

@@ -5,6 +5,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -52,6 +53,7 @@ inline FakeMesh fake_mesh(std::uint64_t seed, const std::vector<std::size_t>& pa
     header.level = static_cast<std::uint32_t>(level);
     header.vertices = static_cast<std::uint32_t>(10 * (level + 1));
     header.faces = header.vertices * 2;
+    header.missing_digits = static_cast<std::uint8_t>(std::min<std::size_t>(payload_bytes.size() - 1 - level, 10));
     header.mesh_hash = random();
     header.generation = mesh.directory.generation;
     mesh.packets.push_back(fake_packet(header, payload_bytes[level], random));
@@ -59,6 +61,7 @@ inline FakeMesh fake_mesh(std::uint64_t seed, const std::vector<std::size_t>& pa
     entry.bytes = static_cast<std::uint32_t>(mesh.packets.back().size());
     entry.vertices = header.vertices;
     entry.faces = header.faces;
+    entry.bits = static_cast<std::uint8_t>(mesh.directory.lattice.bits - header.missing_digits);
     entry.crc32c = codec::parse_packet_header(mesh.packets.back()).value().crc32c;
     if (level % 2 == 0) {
       // Values that come back from a serialised directory as they are.

@@ -75,6 +75,7 @@ class MeshStoreFixture : public ::testing::Test {
       EXPECT_EQ(got.bytes, expected.bytes);
       EXPECT_EQ(got.vertices, expected.vertices);
       EXPECT_EQ(got.faces, expected.faces);
+      EXPECT_EQ(got.bits, expected.bits);
       EXPECT_EQ(got.crc32c, expected.crc32c);
       EXPECT_EQ(got.error_rms, expected.error_rms);
       EXPECT_EQ(got.error_max, expected.error_max);

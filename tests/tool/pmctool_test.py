@@ -136,8 +136,8 @@ class RoundTrip(ToolTest):
             self.assertAlmostEqual(distance, levels[0]["error_" + name], delta=distance / 2048)
         table = self.tool("info", self.path("torus.pmcd")).stdout
         for level in levels:
-            self.assertRegex(table, r"(?m)^ *%d +%d +\d+ +%d +%d " % (level["level"], level["bytes"], level["vertices"],
-                                                                     level["faces"]))
+            self.assertRegex(table, r"(?m)^ *%d +%d +\d+ +%d +%d +%d " % (level["level"], level["bytes"], level["vertices"],
+                                                                         level["faces"], level["bits"]))
 
     def test_levels_of_a_file(self):
         mesh = self.write("torus.off", torus_off(40, 25))
@@ -150,14 +150,17 @@ class RoundTrip(ToolTest):
             so_far += level["bytes"]
             self.assertEqual(level["bytes_so_far"], so_far)
         self.assertEqual(levels[-1]["vertices"], 1000)
+        bits = [level["bits"] for level in levels]
+        self.assertEqual(bits, sorted(bits))
+        self.assertEqual(bits[-1], 11)
         text = self.tool("info", "--levels", self.path("torus.pmcd")).stdout
         head, *lines = text.splitlines()
-        self.assertEqual(head.split(), ["level", "bytes", "so", "far", "vertices", "faces", "rms", "error", "max", "error"])
+        self.assertEqual(head.split(), ["level", "bytes", "so", "far", "vertices", "faces", "bits", "rms", "error", "max", "error"])
         self.assertEqual(len(lines), len(levels))
         for line, level in zip(lines, levels):
             *counts, rms, most = line.split()
             self.assertEqual([int(count) for count in counts],
-                             [level[name] for name in ("level", "bytes", "bytes_so_far", "vertices", "faces")])
+                             [level[name] for name in ("level", "bytes", "bytes_so_far", "vertices", "faces", "bits")])
             self.assertAlmostEqual(float(rms), level["error_rms"], delta=0.01 * level["error_rms"])
             self.assertAlmostEqual(float(most), level["error_max"], delta=0.01 * level["error_max"])
         # The same lines stand in the middle of what info says without it.
@@ -223,6 +226,19 @@ class RoundTrip(ToolTest):
         self.assertGreater(info["levels"][-1]["error_max"], 0)
         self.assertLessEqual(info["levels"][-1]["error_max"] * diagonal, info["lattice"]["step"] * math.sqrt(3) / 2 * 1.001)
         self.assertIn("not the same mesh", self.tool("compare", mesh, self.path("t.pmcd"), code=1).stdout)
+
+    def test_effort(self):
+        mesh = self.write("torus.off", torus_off(40, 25))
+        sizes = {}
+        for options in ((), ("--effort", "default"), ("--effort", "best")):
+            self.tool("encode", mesh, self.path("t.pmcd"), "--no-errors", *options)
+            self.tool("compare", mesh, self.path("t.pmcd"))
+            sizes[options[1:]] = len(self.read("t.pmcd"))
+        self.assertEqual(sizes[()], sizes[("default",)])
+        self.assertLessEqual(sizes[("best",)], sizes[()])
+        refused = self.tool("encode", mesh, self.path("u.pmcd"), "--effort", "nonsense", code=2)
+        self.assertIn("--effort: nonsense", refused.stderr)
+        self.assertNotIn("u.pmcd", self.entries())
 
     def test_levels_and_other_options(self):
         mesh = self.write("torus.off", torus_off(40, 25))

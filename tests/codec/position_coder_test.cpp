@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Positions under whatever expectation: every cell comes back, and the values that rings repeat are counted in cells.
+#include "codec/geometry/position_coder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/geometry/lanes.h"
+#include "tests/codec/coding.h"
+#include "tests/codec/generated.h"
+
+namespace pmcd::codec::testing {
+namespace {
+
+// Vertices without a mesh.
+Surface standing_at(const std::vector<LatticePoint>& points) {
+  Surface surface;
+  surface.build(HalfEdgeMesh(), points, {});
+  return surface;
+}
+
+// Of vertices 0 to 3; 4 lies beyond one of its edges.
+Ring four_ring() {
+  Ring ring;
+  ring.size = 4;
+  ring.vertex = {0, 1, 2, 3};
+  ring.apex.fill(kNone);
+  ring.apex[1] = 4;
+  return ring;
+}
+
+// Expectations that no mesh would give.
+Expectation any_expectation(Random& random, std::int32_t most, unsigned shift) {
+  Expectation e;
+  e.cell = static_cast<float>(2u << shift);
+  const double extent = (most + 1.0) * static_cast<double>(e.cell);
+  auto real = [](double value) { return static_cast<float>(value); };
+  Four n{real(random.unit() - 0.5), real(random.unit() - 0.5), real(random.unit() - 0.5), 0};
+  if (random.one_in(4)) n[random.below(3)] = 0;
+  if (random.one_in(4)) n = Four{0.5f, 0.5f, random.one_in(2) ? 0.5f : -0.5f, 0};
+  if (length(n) > 1e-3f && !random.one_in(8)) e.normal = n * (1 / length(n));
+  for (int axis = 0; axis < 3; ++axis) {
+    const double at = (random.unit() * (random.one_in(5) ? 4 : 1) - (random.one_in(5) ? 2 : 0)) * extent;
+    const double origin = random.one_in(3) ? 0 : random.unit() * extent;
+    e.origin[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(std::min(origin, extent - 1));
+    e.position[axis] = real(at - origin);
+  }
+  auto spread = [&] {
+    if (random.one_in(4)) return random.one_in(2) ? 0.02f : 16777216.0f;
+    return std::min(real(0.02 + std::ldexp(random.unit(), static_cast<int>(random.below(25)))), 16777216.0f);
+  };
+  e.spread = {spread(), spread()};
+  return e;
+}
+
+TEST(PositionCoder, AnyExpectationBringsEveryCellBack) {
+  struct Case {
+    Expectation e;
+    std::int32_t most;
+    unsigned shift;
+    unsigned digits;  // 0: all
+    LatticePoint cell;
+  };
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    Random random(seed);
+    std::vector<Case> cases;
+    for (int i = 0; i < 500; ++i) {
+      Case c;
+      const unsigned bits = 4 + random.below(21);
+      c.shift = random.below(bits - 3);
+      c.most = ((1 << bits) - 1) >> c.shift;
+      c.digits = random.one_in(3) ? random.below(std::min(bits - c.shift, CoordinateModel::kMostDigits + 1)) : 0;
+      c.e = any_expectation(random, c.most, c.shift);
+      for (std::int32_t& x : c.cell)
+        x = static_cast<std::int32_t>(random.below(static_cast<std::uint64_t>(c.most) + 1));
+      cases.push_back(c);
+    }
+    std::vector<LatticePoint> points(5);
+    for (LatticePoint& p : points) {
+      for (std::int32_t& x : p) x = static_cast<std::int32_t>(random.below(1u << 25));
+    }
+    const Surface surface = standing_at(points);
+    auto code = [&](auto& source, PositionModels& models, const Case& c, const LatticePoint& wanted,
+                    LatticePoint& got) {
+      const LatticePoint known = cell_of(c.cell, c.digits);
+      return code_position(models, source, surface, four_ring(), c.e, c.most, c.shift, c.digits > 0 ? &known : nullptr,
+                           c.digits, wanted, got);
+    };
+    ModelWriter writer;
+    PositionModels out;
+    out.structured = seed % 2 == 1;
+    for (const Case& c : cases) {
+      LatticePoint got{};
+      ASSERT_TRUE(code(writer, out, c, c.cell, got));
+      ASSERT_EQ(got, c.cell);
+    }
+    ModelReader reader(writer.finish());
+    PositionModels in;
+    in.structured = out.structured;
+    for (const Case& c : cases) {
+      LatticePoint got{};
+      ASSERT_TRUE(code(reader, in, c, {}, got));
+      ASSERT_EQ(got, c.cell);
+    }
+    EXPECT_TRUE(reader.at_end());
+  }
+}
+
+TEST(PositionCoder, MostFrequentValueIsCountedInCells) {
+  const std::vector<LatticePoint> points = {{8, 0, 1}, {9, 0, 2}, {40, 0, 3}, {15, 0, 4}, {24, 0, 5}};
+  const Surface surface = standing_at(points);
+  Ring ring = four_ring();
+  ring.apex = {4, kNone, 4, kNone};
+  std::int32_t value = -1;
+  EXPECT_EQ(most_frequent(surface, ring, 0, 0, 0, value), 2u);  // 8 and 9 are the same lattice point
+  EXPECT_EQ(value, 4);
+  EXPECT_EQ(most_frequent(surface, ring, 0, 0, 2, value), 3u);  // cells of four
+  EXPECT_EQ(value, 1);
+  EXPECT_EQ(most_frequent(surface, ring, 1, 0, 0, value), 4u);
+  EXPECT_EQ(value, 0);
+  // Corners 8 + 9 - 24 < 0, which does not count, and 40 + 15 - 24 = 31.
+  EXPECT_EQ(most_frequent(surface, ring, 0, 1, 0, value), 1u);
+  EXPECT_EQ(value, 15);
+  ring.apex.fill(kNone);
+  EXPECT_EQ(most_frequent(surface, ring, 0, 1, 0, value), 0u);
+}
+
+TEST(PositionCoder, MiddlesBetweenOppositeVerticesAreRounded) {
+  const Surface surface = standing_at({{8, 0, 1}, {10, 0, 2}, {40, 0, 5}, {39, 0, 4}, {24, 0, 5}});
+  Ring ring = four_ring();
+  std::int32_t value = -1;
+  // 8 and 40, 10 and 39, each from either end: (48 + 2) / 2 and (49 + 2) / 2 half steps.
+  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 4u);
+  EXPECT_EQ(value, 12);
+  EXPECT_EQ(most_frequent(surface, ring, 2, 2, 0, value), 4u);
+  EXPECT_EQ(value, 2);
+  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 2, value), 4u);
+  EXPECT_EQ(value, 3);
+  // Of five the opposite is two further on: (8 + 40), (10 + 39) and (39 + 8) come to the same.
+  ring.size = 5;
+  ring.vertex[4] = 4;
+  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 3u);
+  EXPECT_EQ(value, 12);
+  ring.border = true;
+  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 0u);
+}
+
+}  // namespace
+}  // namespace pmcd::codec::testing
