@@ -96,26 +96,24 @@ class SymbolModel:
             b = 0.0
             for i in range(7, 13):
                 b = f(b + f(g[i] * TRAINED.gate[h.row][i][q]))
-            u = f(a + b)
-            for j in range(INPUTS):
-                u = f(u + f(h.inputs[j] * TRAINED.hidden[h.row][j][q]))
-            units.append(max(u, 0.0))
+            whole = sum(int(2048 * x) * int(1024 * weights[q]) for x, weights in zip(h.inputs, TRAINED.hidden[h.row]))
+            units.append(max(f(f(f(whole) * 2.0 ** -21) + f(a + b)), 0.0))
         return units
 
     def read(self, reader, hypotheses, state, parent):
         hidden, scores = [], []
         for h in hypotheses:
             units = self.hidden(h, state, parent)
-            l = lanes([f(w * x) for w, x in zip(self.linear[h.row], h.inputs)])
-            o = lanes([f(u * w) for u, w in zip(units, self.output[h.row])])
-            score = f(l + o)
-            for v in h.states:
-                score = f(score + self.state[0 if h.row == 0 else 1][v])
+            values = units + h.inputs
+            score = lanes([f(x * w) for x, w in zip(values, self.output[h.row] + self.linear[h.row])])
+            s = [self.state[0 if h.row == 0 else 1][v] for v in h.states] + [0.0] * (6 - len(h.states))
+            score = f(score + f(f(f(s[0] + s[1]) + f(s[2] + s[3])) + f(s[4] + s[5])))
             hidden.append(units)
             scores.append(bounded(score, -60.0, 60.0))
         most = max(scores)
         powers = [exp2(max(f(score - most), -30.0)) for score in scores]
-        share = f(1 / single_sum(powers))
+        missing = [exp2(-30.0)] * (-len(powers) % 4)
+        share = f(1 / lanes(powers + missing))
         shares = [f(p * share) for p in powers]
         rest = 1.0
         holds = 0
@@ -258,17 +256,18 @@ class Surroundings:
             mean = add(mean, v.at)
         mean = times(mean, share)
         z = [squared(sub(v.at, mean)) for v in ring]
+        spokes = f(f(f(z[0] + z[1]) + z[2]) if n == 3 else f(f(f(z[0] + z[1]) + f(z[2] + z[3])) + single_sum(z[4:])))
         l = [self.log_length[h] for h in patch.inside]
         m = f(single_sum(l) * share)
-        kites, back = [], 0.0
+        kites, by_edge = [], [0.0] * 8
         for i, h in enumerate(patch.outside):
             if h is not None and conquered[h // 3]:
                 apex = self.vertex[self.mesh.apex(h)].at
-                kites.append(squared(add(sub(sub(mean, ring[i].at), ring[(i + 1) % n].at), apex)))
-                if i == n - 1:
-                    back = kites[-1]
+                kites.append(squared(sub(sub(apex, ring[(i + 1) % n].at), sub(ring[i].at, mean))))
+                by_edge[i] = kites[-1]
         diagonals = [squared(sub(ring[a].at, ring[b].at)) for _, (a, b) in patch.cut.entries[1:]]
-        average = f(single_sum(kites) * f(1 / len(kites))) if kites else 0.0
+        back = by_edge[n - 1]
+        average = f(lanes(by_edge) * f(1 / len(kites))) if kites else 0.0
         inputs = [f(log_area - self.a), f(C(0.3) * regular), self.rlog(min(diagonals)) if n > 3 else 0.0, f(m - self.e),
                   f(max(l) - m), f(single_sum(self.recent(v) for v in patch.ring) * share),
                   self.rlog(f(single_sum(diagonals) * f(1 / (n - 3)))) if n > 3 else 0.0,
@@ -277,7 +276,7 @@ class Surroundings:
                   f(min(areas) - self.a), f(max(areas) - self.a)]
         hypothesis = Hypothesis(symbol, patch, states, inputs)
         hypothesis.log_area = log_area
-        hypothesis.log_spoke = f(0.5 * glog(f(single_sum(z) * share)))
+        hypothesis.log_spoke = f(0.5 * glog(f(spokes * share)))
         return hypothesis
 
     def keep(self, face):
