@@ -22,6 +22,9 @@ std::string packet_fault(std::span<const std::byte> packet, const codec::LevelEn
     return "it has " + std::to_string(packet.size()) + " bytes, the directory says " + std::to_string(entry.bytes);
   }
   if (header.vertices != entry.vertices || header.faces != entry.faces) return "its counts are not the directory's";
+  if (header.missing_digits + unsigned{entry.bits} != directory.lattice.bits) {
+    return "its precision is not the directory's";
+  }
   if (header.crc32c != entry.crc32c) return "its checksum is not the directory's";
   return {};
 }

@@ -39,6 +39,17 @@ TEST_F(MeshStoreTest, KeepsEveryValueAlsoAfterReopening) {
   expect_equal("horse", horse);
 }
 
+TEST_F(MeshStoreTest, KeepsTheUnitOfALattice) {
+  FakeMesh mesh = fake_mesh(3, {20, 30});
+  mesh.directory.lattice.set_unit({5, -3}, {-700, 12, 0});
+  ASSERT_TRUE(insert("part", mesh).ok());
+  reopen();
+  const auto found = store_->find("part");
+  ASSERT_TRUE(found.ok()) << found.error().detail;
+  EXPECT_EQ(found.value().summary.lattice.unit, (codec::Unit{5, -3}));
+  EXPECT_EQ(found.value().summary.lattice.origin, mesh.directory.lattice.origin);
+}
+
 TEST_F(MeshStoreTest, ListsByName) {
   EXPECT_TRUE(store_->list().value().meshes.empty());
   for (const char* name : {"b", "a", "\xc3\xa9", "B"}) ASSERT_TRUE(insert(name, fake_mesh(3, {1, 2})).ok());
@@ -124,6 +135,9 @@ TEST_F(MeshStoreTest, RefusesPacketsThatAreNotWhatTheDirectorySays) {
     ++(field == 0 ? entry.bytes : field == 1 ? entry.vertices : field == 2 ? entry.faces : entry.crc32c);
     EXPECT_EQ(refused(wrong), ErrorCode::bad_packet) << "field " << field;
   }
+  FakeMesh precision = mesh;
+  ++precision.directory.levels[1].bits;
+  EXPECT_EQ(refused(precision), ErrorCode::bad_packet);
 }
 
 TEST_F(MeshStoreTest, RefusesDirectoriesThatItCannotStore) {
