@@ -112,6 +112,14 @@ class Database(house.HouseTest):
         self.assert_same_mesh(self.small, self.fetched(daemon, "small"))
         self.assert_same_mesh(self.large, self.fetched(daemon, "large"))
 
+    def test_effort_changes_the_packets_and_not_the_mesh(self):
+        daemon = self.start_daemon()
+        self.ingest(daemon, self.small, "--name", "best", "--effort", "best")
+        self.assert_same_mesh(self.small, self.fetched(daemon, "best"))
+        refused = self.ingest(daemon, self.small, "--name", "other", "--effort", "nonsense", code=house.USAGE)
+        self.assertIn("--effort: nonsense", refused.stderr)
+        self.assertEqual(self.names(daemon), ["best"])
+
     def test_two_daemons_do_not_share_a_socket(self):
         daemon = self.start_daemon()
         second = subprocess.run(
