@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codec/decoder.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -32,6 +33,17 @@ Status check_limits(const PacketHeader& header, std::size_t bytes, const Decoder
   return {};
 }
 
+// Growing by doubling would hold up to three copies. What the header claims is made room for, as far as so many bytes
+// can mean: a vertex hardly ever costs less than half a bit.
+void make_room(LevelState& state, const PacketHeader& header, std::size_t payload_bytes) {
+  const std::uint64_t likely = state.mesh.vertex_count() + 16 * std::uint64_t{payload_bytes};
+  const auto vertices = static_cast<std::uint32_t>(std::min<std::uint64_t>(header.vertices, likely));
+  const auto faces = static_cast<std::uint32_t>(std::min<std::uint64_t>(header.faces, 2 * likely));
+  state.mesh.reserve(vertices, faces);
+  state.points.reserve(vertices);
+  state.spreads.reserve(vertices);
+}
+
 // Codes the payload into `state`, which is a copy that may be thrown away.
 Status decode_payload(LevelState& state, const PacketHeader& header, std::span<const std::byte> payload) {
   std::size_t coded_from = 0;
@@ -42,6 +54,7 @@ Status decode_payload(LevelState& state, const PacketHeader& header, std::span<c
     state.lossless = base->lossless;
     coded_from = base->size;
   }
+  make_room(state, header, payload.size());
   PacketReader reader(payload.subspan(coded_from));
   const LevelBounds bounds{header.vertices, header.faces};
   Status status = header.is_base()

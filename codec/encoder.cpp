@@ -287,6 +287,15 @@ std::size_t total_bytes(const Encoded& encoded) {
 
 Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& progress) {
   Result<Encoded> in_levels = encode_as(mesh, options, progress, true);
+  if (in_levels && options.effort == Effort::best) {
+    // What is meant to be smaller is not always: small meshes have too few vertices for a large last packet.
+    EncodeOptions plain = options;
+    plain.effort = Effort::standard;
+    Result<Encoded> other = encode_as(
+        mesh, plain, [&](double) { return !progress || progress(1); }, true);
+    if (!other) return other;
+    if (total_bytes(*other) < total_bytes(*in_levels)) in_levels = std::move(other);
+  }
   if (!in_levels || in_levels->report.passes == 0 || in_levels->packets[0].vertices <= kFatBase ||
       mesh.positions.size() > kMostInOnePacket) {
     return in_levels;

@@ -17,7 +17,7 @@ namespace pmcd::codec {
 /// How hard the encoder tries. Every decoder reads both; best decodes at about two thirds of the speed.
 enum class Effort : std::uint8_t {
   standard,
-  best  ///< a larger last packet, more guesses, and the smallest of several encodings
+  best  ///< a larger last packet and more guesses, or as standard where that is smaller
 };
 
 struct EncodeOptions {

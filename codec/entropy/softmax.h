@@ -11,9 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
 
 namespace pmcd::codec {
 
@@ -47,7 +44,8 @@ inline FourInts pairs_of(FourInts low, FourInts high) {
 /// Lane by lane: product of the low integers plus that of the high ones. Integers, so that both ways are the same.
 inline FourInts dot_pairs(FourInts a, FourInts b) {
 #ifdef __SSE2__
-  return reinterpret_cast<FourInts>(_mm_madd_epi16(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
+  using Eight = short __attribute__((vector_size(16)));
+  return __builtin_ia32_pmaddwd128(reinterpret_cast<Eight>(a), reinterpret_cast<Eight>(b));
 #else
   return ((a << 16) >> 16) * ((b << 16) >> 16) + (a >> 16) * (b >> 16);
 #endif
@@ -64,7 +62,7 @@ inline void store_four(float* to, Four four) {
 /// The larger in each lane, b where they do not compare; one instruction.
 inline Four larger(Four a, Four b) {
 #ifdef __SSE2__
-  return _mm_max_ps(a, b);
+  return __builtin_ia32_maxps(a, b);
 #else
   return a > b ? a : b;
 #endif
@@ -72,7 +70,7 @@ inline Four larger(Four a, Four b) {
 /// The smaller in each lane, b where they do not compare.
 inline Four smaller(Four a, Four b) {
 #ifdef __SSE2__
-  return _mm_min_ps(a, b);
+  return __builtin_ia32_minps(a, b);
 #else
   return a < b ? a : b;
 #endif
