@@ -126,7 +126,7 @@ void expect_partition(const Lattice& lattice, const Decimals* decimals, bool che
   Cell last = cell_of(lattice, 0, 0, decimals);
   for (std::int32_t index = 1; index <= lattice.max_index(); ++index) {
     const Cell cell = cell_of(lattice, index, 0, decimals);
-    ASSERT_EQ(cell.first, last.first + static_cast<std::int64_t>(last.count)) << "index " << index;
+    ASSERT_EQ(static_cast<std::uint64_t>(cell.first), static_cast<std::uint64_t>(last.first) + last.count) << index;
     for (std::uint64_t n = 0; check_each && n < cell.count; ++n) {
       ASSERT_EQ(lattice.snap(cell.value(n), 0), index);
       ASSERT_EQ(cell.nearest(cell.value(n)), n);
