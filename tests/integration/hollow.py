@@ -9,6 +9,7 @@ import struct
 
 _POLYNOMIAL = 0x82F63B78
 _ALL = 0xFFFFFFFF
+_BITS = 14  # of the lattice
 
 
 def _step(register):
@@ -64,12 +65,13 @@ def _header(level, last, payload_bytes, generation):
 def write(path, payloads, generation=1):
     """A .pmcd file with one packet for each of `payloads`, which are numbers of bytes."""
     # The box is the lattice's, from 0 to 1; nothing was measured.
-    content = struct.pack("<BBB3ffQ", 0, 14, 1 << 3, 0, 0, 0, 1, generation)
+    content = struct.pack("<BBB3ffQ", 0, _BITS, 1 << 3, 0, 0, 0, 1, generation)
     headers = []
     for level, payload_bytes in enumerate(payloads):
         header, checksum = _header(level, level + 1 == len(payloads), payload_bytes, generation)
         headers.append(header)
-        content += _varint(len(header) + payload_bytes) + _varint(20) + b"\0" + struct.pack("<I", checksum)
+        bits = bytes([_BITS if level == 0 else 0])  # of positions; no level lacks any
+        content += _varint(len(header) + payload_bytes) + _varint(20) + b"\0" + bits + struct.pack("<I", checksum)
     directory = b"PMCD\0" + _varint(len(content) + 4) + content
     directory += struct.pack("<I", _feed(_ALL, directory) ^ _ALL)
     with open(path, "wb") as file:

@@ -22,7 +22,7 @@ class Resume(house.HouseTest):
         """Encodes the mesh of all the tests once: with sanitizers that takes longer than most of them."""
         folder = tempfile.TemporaryDirectory(prefix="pmcd-test-")
         cls.addClassCleanup(folder.cleanup)
-        mesh = house.write_ply(pathlib.Path(folder.name) / "torus.ply", house.torus(120, 70, wobble=0.2))
+        mesh = house.write_ply(pathlib.Path(folder.name) / "torus.ply", house.torus(160, 100, wobble=0.2))
         cls.original = pathlib.Path(folder.name) / "original.pmcd"
         house.run_or_raise("PMCTOOL", "encode", mesh, cls.original)
         info = json.loads(house.run_or_raise("PMCTOOL", "info", cls.original, "--json"))
