@@ -51,6 +51,7 @@ Mesh noise_mesh(std::uint64_t seed, std::size_t bytes, std::size_t count) {
     entry.bytes = static_cast<std::uint32_t>(packet.size());
     entry.vertices = header.vertices;
     entry.faces = header.faces;
+    entry.bits = static_cast<std::uint8_t>(mesh.directory.lattice.bits);
     entry.crc32c = parse_packet_header(packet).value().crc32c;
     mesh.directory.levels.push_back(entry);
     mesh.packets.push_back(std::move(packet));

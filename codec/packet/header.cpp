@@ -6,6 +6,7 @@
 #include <string>
 
 #include "codec/lattice/lattice.h"
+#include "codec/packet/bytes.h"
 #include "codec/packet/crc32c.h"
 
 namespace pmcd::codec {

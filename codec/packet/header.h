@@ -11,13 +11,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "codec/packet/bytes.h"
 #include "codec/result.h"
 
 namespace pmcd::codec {
+
+class ByteReader;
+class ByteWriter;
 
 inline constexpr std::uint8_t kFormatVersion = 0;
 inline constexpr std::uint8_t kPacketMagic = 0x9B;  ///< no ASCII, and no UTF-8 text begins with it
@@ -26,7 +29,7 @@ inline constexpr std::size_t kHeaderChecksumOffset = 2;
 inline constexpr std::size_t kHeaderNumbersOffset = 6;  ///< level, payload bytes and counts
 /// Of a refinement packet that is not the last, all its numbers below 64.
 inline constexpr std::size_t kLeastHeaderBytes = 15;
-inline constexpr std::size_t kMostHeaderBytes = 6 + 4 * kMostVarintBytes + 1 + 8 + 8;
+inline constexpr std::size_t kMostHeaderBytes = 6 + 4 * 5 + 1 + 8 + 8;  // a varint has at most 5
 
 struct PacketHeader {
   bool last = false;

@@ -115,7 +115,7 @@ class Programs(unittest.TestCase):
         unmeasured = self.bench(path, "--bits", 10, "--repeat", 1)
         self.assertEqual([level["error_rms"] for level in unmeasured["levels"]], [None] * len(levels))
         best = self.bench(path, "--bits", 10, "--repeat", 1, "--effort", "best")
-        self.assertNotEqual(best["bits_per_vertex"]["total"], bits["total"])
+        self.assertLessEqual(best["bits_per_vertex"]["total"], bits["total"])
         self.assertIn("no effort nonsense", self.bench(path, "--effort", "nonsense", code=1))
 
     def test_xz_and_digits(self):
