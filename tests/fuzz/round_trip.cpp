@@ -79,7 +79,10 @@ class Maker {
 
   /// One change, of many or few coordinates or of the connectivity.
   void change() {
-    switch (script_.below(20)) {
+    const std::uint8_t kind = script_.below(20);
+    const bool needs_manifold = kind <= 5 || kind == 9;
+    if (needs_manifold && !manifold_) return;
+    switch (kind) {
       case 0:
         join(1);
         break;
