@@ -166,6 +166,9 @@ void meshes(Corpus& corpus) {
   corpus.add("round_trip", "bipyramid", lossless + shape(5, 9, 2) + bytes({2, 60, 6, 12}));
   corpus.add("round_trip", "components", bits_12 + ball + bytes({0, 3, 1, 2, 1, 0, 8, 0, 0, 2, 4, 9, 5}));
   corpus.add("round_trip", "many_components", bits_12 + shape(9, 0, 0) + bytes({1, 39, 9, 0, 0, 1, 1, 39, 8, 0, 0, 2}));
+  // Bases that levels do not pay for: everything in one packet is tried too.
+  corpus.add("round_trip", "many_octahedra", bits_12 + shape(10, 0, 0) + bytes({1, 39, 10, 0, 0, 1, 6, 8}));
+  corpus.add("round_trip", "many_octahedra_lossless", best + shape(10, 0, 0) + bytes({1, 39, 10, 0, 0, 1, 6, 8, 7}));
   corpus.add("round_trip", "isolated", lossless + shape(9, 0, 0) + bytes({4, 39, 19, 1, 2, 3, 19, 4, 5, 6}));
   corpus.add("round_trip", "squashed", bits_12 + ball + bytes({9, 39, 10, 11, 2, 0}));
   corpus.add("round_trip", "flat", lossless + big_grid + bytes({11, 2, 1}));
