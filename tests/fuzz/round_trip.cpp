@@ -241,7 +241,8 @@ class Maker {
 
   void shift() {
     const unsigned axis = script_.below(3);
-    const double by = std::ldexp(static_cast<double>(script_.u8()), script_.below(60) - 30);
+    const double whole = script_.u8();
+    const double by = std::ldexp(whole, script_.below(60) - 30);
     for (codec::Position& p : mesh_.positions) p[axis] = rounded(p[axis] + by);
   }
 
