@@ -144,6 +144,49 @@ void sessions(Corpus& corpus) {
   corpus.add("session", "drain", standing(0, 4, 3, 5) + base(1, 0) + bytes({18, 31, 0, 32, 1, 1}) + cancel(1));
 }
 
+/// Inputs of round_trip: options, then the number of a draw, a shape, and changes as round_trip.cpp numbers them.
+void meshes(Corpus& corpus) {
+  const Bytes lossless = bytes({0, 0});
+  const Bytes bits_12 = bytes({10, 0});
+  const Bytes best = bytes({0, 2});
+  const auto shape = [](int kind, int a, int b) { return bytes({7, kind, a, b}); };
+  const Bytes big_grid = shape(0, 11, 10) + bytes({5});
+  const Bytes ball = shape(2, 10, 9);
+  corpus.add("round_trip", "empty", lossless + shape(11, 0, 0));
+  corpus.add("round_trip", "grid", bits_12 + big_grid + bytes({6, 7}));
+  corpus.add("round_trip", "grid_best", bytes({12, 3}) + big_grid + bytes({6, 9, 3, 60}));
+  corpus.add("round_trip", "sphere", bytes({14, 0}) + shape(1, 2, 0) + bytes({6, 6, 5}));
+  corpus.add("round_trip", "sphere_best", best + shape(1, 2, 0) + bytes({6, 6}));
+  corpus.add("round_trip", "torus_double", lossless + shape(3, 7, 6) + bytes({7, 3, 40}));
+  corpus.add("round_trip", "torus_one_packet", bytes({11, 4, 0}) + shape(3, 8, 8) + bytes({6, 8}));
+  corpus.add("round_trip", "torus_lossless_two", bytes({0, 4, 1}) + shape(3, 8, 8) + bytes({6, 8}));
+  corpus.add("round_trip", "plate", bytes({14, 1}) + shape(4, 1, 1) + bytes({6, 10}));
+  corpus.add("round_trip", "limits", bytes({10, 24, 160, 20}) + ball + bytes({3, 200, 6, 4}));
+  corpus.add("round_trip", "cone", bits_12 + shape(6, 11, 2) + bytes({2, 30}));
+  corpus.add("round_trip", "bipyramid", lossless + shape(5, 9, 2) + bytes({2, 60, 6, 12}));
+  corpus.add("round_trip", "components", bits_12 + ball + bytes({0, 3, 1, 2, 1, 0, 8, 0, 0, 2, 4, 9, 5}));
+  corpus.add("round_trip", "many_components", bits_12 + shape(9, 0, 0) + bytes({1, 39, 9, 0, 0, 1, 1, 39, 8, 0, 0, 2}));
+  // Bases that levels do not pay for: everything in one packet is tried too.
+  corpus.add("round_trip", "many_octahedra", bits_12 + shape(10, 0, 0) + bytes({1, 39, 10, 0, 0, 1, 6, 8}));
+  corpus.add("round_trip", "many_octahedra_lossless", best + shape(10, 0, 0) + bytes({1, 39, 10, 0, 0, 1, 6, 8, 7}));
+  corpus.add("round_trip", "isolated", lossless + shape(9, 0, 0) + bytes({4, 39, 19, 1, 2, 3, 19, 4, 5, 6}));
+  corpus.add("round_trip", "squashed", bits_12 + ball + bytes({9, 39, 10, 11, 2, 0}));
+  corpus.add("round_trip", "flat", lossless + big_grid + bytes({11, 2, 1}));
+  corpus.add("round_trip", "grid_of_numbers", lossless + ball + bytes({12, 6, 0}));
+  corpus.add("round_trip", "grid_with_strays", lossless + ball + bytes({12, 6, 20}));
+  corpus.add("round_trip", "stepped", lossless + ball + bytes({12, 7, 0, 18, 0, 3, 20}));
+  corpus.add("round_trip", "decimals", lossless + ball + bytes({6, 5, 13, 5, 0}));
+  corpus.add("round_trip", "decimals_some", lossless + ball + bytes({6, 5, 13, 5, 0, 13, 2, 2}));
+  corpus.add("round_trip", "decimals_moved", lossless + ball + bytes({6, 5, 13, 4, 0, 18, 1, 7, 29}));
+  corpus.add("round_trip", "few_values", lossless + ball + bytes({6, 5, 14, 0, 8, 14, 1, 8, 14, 2, 8}));
+  corpus.add("round_trip", "tiny", lossless + ball + bytes({8, 3, 10}));
+  corpus.add("round_trip", "huge", lossless + ball + bytes({8, 240}));
+  corpus.add("round_trip", "one_far_away", bits_12 + ball + bytes({15, 3, 0, 0, 0, 0, 0x80, 0x4b}));
+  corpus.add("round_trip", "not_a_number", bits_12 + ball + bytes({15, 3, 0, 0, 0, 0, 0xc0, 0x7f}));
+  corpus.add("round_trip", "fan_of_two", bits_12 + big_grid + bytes({16, 9, 0, 16, 40, 0}));
+  corpus.add("round_trip", "face_too_many", bits_12 + ball + bytes({17, 0, 1, 2}));
+}
+
 void codec_seeds(Corpus& corpus) {
   const auto& samples = sample_packets();
   for (std::size_t mesh = 0; mesh < samples.size(); ++mesh) {
@@ -195,5 +238,6 @@ int main(int argc, char** argv) {
   pmcd::fuzz::protocol(corpus);
   pmcd::fuzz::sessions(corpus);
   pmcd::fuzz::codec_seeds(corpus);
+  pmcd::fuzz::meshes(corpus);
   return corpus.failed() ? 1 : 0;
 }

@@ -8,7 +8,7 @@
 namespace pmcd::fuzz {
 
 /// For each mesh its packets. Between them: open and closed, lossless and quantised, several components, isolated
-/// vertices. Always the same.
+/// vertices, growing precision, each way of the exactness section, best effort. Always the same.
 const std::vector<std::vector<std::vector<std::byte>>>& sample_packets();
 
 }  // namespace pmcd::fuzz

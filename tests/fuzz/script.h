@@ -21,8 +21,15 @@ class Script {
     left_ = left_.subspan(1);
     return value;
   }
-  std::uint16_t u16() { return static_cast<std::uint16_t>(u8() | (u8() << 8)); }
-  std::uint32_t u32() { return static_cast<std::uint32_t>(u16() | (std::uint32_t{u16()} << 16)); }
+  // Statements, not one expression: compilers differ in which operand they read first.
+  std::uint16_t u16() {
+    const std::uint8_t low = u8();
+    return static_cast<std::uint16_t>(low | (u8() << 8));
+  }
+  std::uint32_t u32() {
+    const std::uint16_t low = u16();
+    return low | (std::uint32_t{u16()} << 16);
+  }
   /// 0 .. count - 1. REQUIRES: 1 <= count <= 256.
   std::uint8_t below(unsigned count) { return static_cast<std::uint8_t>(u8() % count); }
   /// At most `count` bytes, as many as there are.
