@@ -95,7 +95,8 @@ class PositionModel {
   static constexpr std::uint32_t kWorthAsking = kOne / 6;
 
   static std::int32_t nearest(const Alphabet& alphabet, double cell) {
-    return static_cast<std::int32_t>(alphabet.number(cell) + 0.5);
+    const double above = alphabet.number(cell) + 0.5;
+    return static_cast<std::int32_t>(above);  // never below 0
   }
 
   CellModel start_;

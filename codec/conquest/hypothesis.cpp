@@ -84,7 +84,7 @@ constexpr auto kOutcome = [] {
         for (int valence = 0; valence <= static_cast<int>(kMostValence); ++valence) {
           const int change = gets - decided;
           const int after = std::clamp(valence + change, 2, 11);
-          outcomes[static_cast<std::size_t>(3 * decided + gets)]
+          outcomes[3 * static_cast<std::size_t>(decided) + static_cast<std::size_t>(gets)]
                   [brief_of(static_cast<unsigned>(open), static_cast<unsigned>(valence))] = {
                       static_cast<std::uint8_t>(std::clamp(open - decided, 0, 3) * 10 + after - 2),
                       static_cast<std::int8_t>(size(after - 6) - size(after - change - 6))};

@@ -77,14 +77,14 @@ namespace {
 // For one triangulation, known when this is compiled: loops and tables vanish.
 template <unsigned kShape>
 bool collect(const HalfEdgeMesh& mesh, std::uint32_t gate, std::span<const std::uint8_t> face_marks, Patch& patch) {
-  constexpr const Triangulation& t = *kShapes[kShape];
+  constexpr const Triangulation& kT = *kShapes[kShape];
   std::array<std::array<std::uint32_t, 3>, 4> halfedge;  // of each triangle, from its entry on
   auto take = [&]<std::size_t k>() {
     std::uint32_t entry = gate;
     if constexpr (k > 0) {
-      constexpr auto step = t.step[k];
-      constexpr unsigned from = (step.from_edge + 3u - t.step[step.from_triangle].entry_edge) % 3;
-      entry = mesh.opposite(halfedge[step.from_triangle][from]);
+      constexpr auto kStep = kT.step[k];
+      constexpr unsigned kFrom = (kStep.from_edge + 3u - kT.step[kStep.from_triangle].entry_edge) % 3;
+      entry = mesh.opposite(halfedge[kStep.from_triangle][kFrom]);
       if (entry == kNone) return false;
     }
     const std::uint32_t face = HalfEdgeMesh::face_of(entry);
@@ -92,11 +92,11 @@ bool collect(const HalfEdgeMesh& mesh, std::uint32_t gate, std::span<const std::
     patch.slots[k] = face;
     halfedge[k] = {entry, HalfEdgeMesh::next(entry), HalfEdgeMesh::prev(entry)};
     auto name = [&]<std::size_t e>() {
-      const std::uint32_t h = halfedge[k][(e + 3u - t.step[k].entry_edge) % 3];
-      patch.ring[t.corner[k][e]] = mesh.origin(h);
-      if constexpr (t.ring_edge[k][e] != Triangulation::kDiagonal) {
-        patch.inside[t.ring_edge[k][e]] = h + face;
-        patch.outside[t.ring_edge[k][e]] = mesh.opposite(h);
+      const std::uint32_t h = halfedge[k][(e + 3u - kT.step[k].entry_edge) % 3];
+      patch.ring[kT.corner[k][e]] = mesh.origin(h);
+      if constexpr (kT.ring_edge[k][e] != Triangulation::kDiagonal) {
+        patch.inside[kT.ring_edge[k][e]] = h + face;
+        patch.outside[kT.ring_edge[k][e]] = mesh.opposite(h);
       }
     };
     name.template operator()<0>();
@@ -105,17 +105,17 @@ bool collect(const HalfEdgeMesh& mesh, std::uint32_t gate, std::span<const std::
     return true;
   };
   bool fits = take.template operator()<0>();
-  if constexpr (t.triangles > 1) fits = fits && take.template operator()<1>();
-  if constexpr (t.triangles > 2) fits = fits && take.template operator()<2>();
-  if constexpr (t.triangles > 3) fits = fits && take.template operator()<3>();
+  if constexpr (kT.triangles > 1) fits = fits && take.template operator()<1>();
+  if constexpr (kT.triangles > 2) fits = fits && take.template operator()<2>();
+  if constexpr (kT.triangles > 3) fits = fits && take.template operator()<3>();
   if (!fits) return false;
-  patch.size = t.size;
+  patch.size = kT.size;
   patch.closing = kNoClosing;
   patch.centre = kNone;
-  patch.slot_count = t.triangles;
+  patch.slot_count = kT.triangles;
   bool apart = true;
-  for (unsigned i = 0; i < t.apart_count; ++i) {
-    apart = apart && patch.ring[t.apart[i][0]] != patch.ring[t.apart[i][1]];
+  for (unsigned i = 0; i < kT.apart_count; ++i) {
+    apart = apart && patch.ring[kT.apart[i][0]] != patch.ring[kT.apart[i][1]];
   }
   return apart;
 }

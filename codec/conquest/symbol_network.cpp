@@ -25,10 +25,10 @@ GateFeatures features_of_state(std::size_t state) {
   f[0] = front > 0 ? 1.0f : 0.0f;
   f[1] = front == 2 ? 1.0f : 0.0f;
   f[2] = front == 3 ? 1.0f : 0.0f;
-  f[3] = static_cast<float>(beside % 2);
-  f[4] = static_cast<float>(beside / 2);
-  f[5] = static_cast<float>(tags % 2);
-  f[6] = static_cast<float>(tags / 2);
+  f[3] = beside % 2 == 1 ? 1.0f : 0.0f;
+  f[4] = beside >= 2 ? 1.0f : 0.0f;
+  f[5] = tags % 2 == 1 ? 1.0f : 0.0f;
+  f[6] = tags >= 2 ? 1.0f : 0.0f;
   return f;
 }
 

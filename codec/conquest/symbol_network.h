@@ -32,7 +32,7 @@ struct SymbolWeights {
   std::array<std::array<std::int16_t, kSymbolInputs>, kSymbolRows> linear;
   std::array<std::array<std::int16_t, kVertexStates>, 2> state;
 };
-extern const SymbolWeights kSymbolWeights;
+extern const SymbolWeights kSymbolWeights;  // NOLINT(readability-identifier-naming): a constant, in another file
 
 /// Ready for use, with the gate's part summed for each of its states.
 struct SymbolNetwork {

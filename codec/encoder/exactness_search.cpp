@@ -118,7 +118,6 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
       const std::int32_t index = lattice.snap(p[axis], static_cast<int>(axis));
       const Cell cell = cell_of(lattice, index, axis, form.fine ? &*form.fine : nullptr);
       double one = 0;
-      bool stray = cell.count == 0;
       double value = 0;
       if (cell.count > 0) {
         one = binary_log(static_cast<double>(cell.count));
@@ -126,13 +125,11 @@ Measured measure(const Lattice& lattice, std::span<const Position> sample, const
       } else {
         value = lattice.position(lattice.snap(p))[axis];
       }
-      if (!same_bits(value, p[axis])) {
-        stray = true;
+      const bool stray = !same_bits(value, p[axis]);
+      if (stray) {
         const double off = static_cast<double>(to_ordered(value, lattice.scalar)) -
                            static_cast<double>(to_ordered(p[axis], lattice.scalar));
         one += 1 + 1.8 * binary_log(std::abs(off) + 1);
-      } else {
-        stray = false;
       }
       without += one;
       strays += stray ? 1 : 0;

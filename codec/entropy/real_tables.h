@@ -109,8 +109,10 @@ class LogisticTable {
     double decay = 1;  // e^-t for t >= 0
     for (std::size_t i = 0; i <= kSteps / 2; ++i) {
       const double upper = 1 / (1 + decay);
-      table[kSteps / 2 + i] = static_cast<std::int32_t>(upper * 16777216.0 + 0.5);
-      table[kSteps / 2 - i] = static_cast<std::int32_t>((1 - upper) * 16777216.0 + 0.5);
+      const double above = upper * 16777216.0 + 0.5;
+      const double below = (1 - upper) * 16777216.0 + 0.5;
+      table[kSteps / 2 + i] = static_cast<std::int32_t>(above);
+      table[kSteps / 2 - i] = static_cast<std::int32_t>(below);
       decay *= ratio;
     }
     return table;

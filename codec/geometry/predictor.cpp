@@ -13,8 +13,8 @@ namespace {
 using Fit = Expectation::Fit;
 
 constexpr float kSmallest = 1e-6f;
-constexpr Fit::Tuning kTuning{0.998f, 4, 16};
-constexpr Fit::Weights kPrior{0.3f, 0.3f, 0, 0, 0, 0, 0};
+constexpr Fit::Tuning kPositionTuning{0.998f, 4, 16};
+constexpr Fit::Weights kPositionPrior{0.3f, 0.3f, 0, 0, 0, 0, 0};
 
 template <typename Element, std::size_t Count>
 std::array<Element, Count> copies_of(const Element& element) {
@@ -52,7 +52,8 @@ float absolute(float value) {
 }  // namespace
 
 Predictor::Predictor()
-    : position_(copies_of<std::array<Fit, kGroups>, kStages>(copies_of<Fit, kGroups>(Fit(kTuning, {kPrior})))) {}
+    : position_(copies_of<std::array<Fit, kGroups>, kStages>(
+          copies_of<Fit, kGroups>(Fit(kPositionTuning, {kPositionPrior})))) {}
 
 Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uint32_t centre, unsigned shift,
                               std::size_t stage) const {

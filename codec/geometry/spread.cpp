@@ -6,7 +6,7 @@ namespace {
 
 // Below a tenth of a cell nothing can be told apart.
 constexpr float kFloor = 0.1f;
-constexpr LeastSquares<SpreadModel::kSigns + 1, 2>::Tuning kTuning{0.999f, 4, 32};
+constexpr LeastSquares<SpreadModel::kSigns + 1, 2>::Tuning kSpreadTuning{0.999f, 4, 32};
 // A stranger's residual is like those of its ring, and a little smaller.
 constexpr std::array<float, SpreadModel::kSigns + 1> kTangentialPrior{-0.5f, 0, 1, 0, 0, 0, 0, 0, 0};
 constexpr std::array<float, SpreadModel::kSigns + 1> kAcrossPrior{-0.5f, 0, 0, 1, 0, 0, 0, 0, 0};
@@ -18,7 +18,7 @@ float bounded(float cells) {
 
 }  // namespace
 
-SpreadModel::SpreadModel() : fit_(kTuning, {kTangentialPrior, kAcrossPrior}) {}
+SpreadModel::SpreadModel() : fit_(kSpreadTuning, {kTangentialPrior, kAcrossPrior}) {}
 
 SpreadModel::Terms SpreadModel::terms(const Signs& signs, float inverse_cell) {
   Terms terms;

@@ -17,7 +17,7 @@ constexpr unsigned kMissingShift = 1;
 constexpr unsigned kMissingMask = 7;
 constexpr unsigned kManyMissing = kMissingMask;  // so many or more: a byte of their own says
 constexpr unsigned kVersionShift = 4;
-constexpr std::uint64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t kMostU32 = std::numeric_limits<std::uint32_t>::max();
 static_assert(kFormatVersion < 16);
 
 // What of hash and generation stands where: whole in the one packet that is the last word on it.
@@ -61,7 +61,7 @@ void write_faces(ByteWriter& writer, std::uint32_t vertices, std::uint32_t faces
 
 std::optional<std::uint32_t> read_faces(ByteReader& reader, std::uint32_t vertices) {
   const std::int64_t faces = 2 * std::int64_t{vertices} + unzigzag(reader.read_varint());
-  if (!reader.ok() || faces < 0 || faces > static_cast<std::int64_t>(kMost32)) return std::nullopt;
+  if (!reader.ok() || faces < 0 || faces > static_cast<std::int64_t>(kMostU32)) return std::nullopt;
   return static_cast<std::uint32_t>(faces);
 }
 
@@ -87,9 +87,9 @@ Result<PacketHeader> parse_packet_header(std::span<const std::byte> packet) {
     return Error{ErrorCode::corrupt_data, kHeaderFlagsOffset, "the last level lacks digits of its positions"};
   }
   header.crc32c = reader.read<std::uint32_t>();
-  header.level = static_cast<std::uint32_t>(reader.read_varint(kMost32));
-  header.payload_bytes = static_cast<std::uint32_t>(reader.read_varint(kMost32 - kMostHeaderBytes));
-  header.vertices = static_cast<std::uint32_t>(reader.read_varint(kMost32));
+  header.level = static_cast<std::uint32_t>(reader.read_varint(kMostU32));
+  header.payload_bytes = static_cast<std::uint32_t>(reader.read_varint(kMostU32 - kMostHeaderBytes));
+  header.vertices = static_cast<std::uint32_t>(reader.read_varint(kMostU32));
   const std::size_t faces_at = reader.position();
   const std::optional<std::uint32_t> faces = read_faces(reader, header.vertices);
   if (reader.malformed_at()) {
