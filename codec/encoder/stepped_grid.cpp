@@ -53,6 +53,7 @@ std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, 
     std::sort(all.begin(), all.end());
   }
   std::vector<Value> values;
+  values.reserve(all.size());
   const double least = all.empty() ? 0 : std::max(std::abs(all.front()), std::abs(all.back())) * 0x1p-51;
   for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar)) + blur});
   return values;
