@@ -59,7 +59,7 @@ class Database(house.HouseTest):
                     ingest = subprocess.Popen(
                         [house.program("PMCCTL"), "--socket", daemon.admin_socket, "ingest", self.large, "--name",
                          name], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                    time.sleep(order.uniform(0, 1.5 * usual_seconds))
+                    time.sleep(order.uniform(0, 2.5 * usual_seconds))
                     if victim == "client":
                         ingest.kill()
                     else:
