@@ -9,7 +9,7 @@
 #include <span>
 
 #include "codec/entropy/integer_model.h"
-#include "codec/entropy/real_tables.h"
+#include "codec/entropy/logistic_table.h"
 #include "codec/geometry/mixture.h"
 
 namespace pmcd::codec {

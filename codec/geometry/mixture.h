@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "codec/entropy/real_tables.h"
+#include "codec/entropy/logistic_table.h"
 
 namespace pmcd::codec {
 
@@ -65,10 +65,10 @@ class Mixture {
 
   /// About where below() reaches `mass`.
   [[nodiscard]] double quantile(std::uint64_t mass) const {
-    const auto from_left = static_cast<double>(mass) + 1;
-    const double from_right = 16777217.0 - from_left > 1 ? 16777217.0 - from_left : 1;
-    return mean_ +
-           real_tables::kLn2 * (fast_log2(from_left) - fast_log2(from_right)) / static_cast<double>(inverse_[1]);
+    constexpr double kLn2 = 0.6931;
+    const float from_left = static_cast<float>(mass) + 1;
+    const float from_right = 16777217.0f - from_left > 1 ? 16777217.0f - from_left : 1;
+    return mean_ + kLn2 * static_cast<double>((fast_log2(from_left) - fast_log2(from_right)) / inverse_[1]);
   }
 
   /// What came lies between `from` and `to`: those that expected it gain.

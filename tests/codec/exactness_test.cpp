@@ -17,6 +17,7 @@
 #include "codec/lattice/unit.h"
 #include "codec/packet/base_header.h"
 #include "codec/packet/header.h"
+#include "tests/codec/clouds.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 
@@ -24,16 +25,6 @@ namespace pmcd::codec::testing {
 namespace {
 
 constexpr double kDenormal = std::numeric_limits<float>::denorm_min();
-
-TriangleMesh cloud(std::vector<Position> positions, Scalar scalar = Scalar::float32) {
-  return {scalar, std::move(positions), {}};
-}
-
-Lattice over(const TriangleMesh& mesh, unsigned bits) {
-  const Result<Lattice> lattice = Lattice::over(mesh, bits);
-  EXPECT_TRUE(lattice.ok());
-  return lattice ? *lattice : Lattice();
-}
 
 TEST(Unit, ValuesAreTheNearestDoubles) {
   EXPECT_EQ(multiple_of({1, -1}, 3), 0.3);

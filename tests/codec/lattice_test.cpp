@@ -9,6 +9,7 @@
 
 #include "codec/lattice/lattice.h"
 #include "codec/lattice/ordered_float.h"
+#include "tests/codec/clouds.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 
@@ -16,16 +17,6 @@ namespace pmcd::codec::testing {
 namespace {
 
 constexpr float kDenormal = std::numeric_limits<float>::denorm_min();
-
-TriangleMesh cloud(std::vector<Position> positions, Scalar scalar = Scalar::float32) {
-  return {scalar, std::move(positions), {}};
-}
-
-Lattice over(const TriangleMesh& mesh, unsigned bits) {
-  const Result<Lattice> lattice = Lattice::over(mesh, bits);
-  EXPECT_TRUE(lattice.ok());
-  return lattice ? *lattice : Lattice();
-}
 
 TEST(LatticeTest, StepIsTheLargestExtentByTheNumberOfSteps) {
   const Lattice lattice = over(cloud({{-1, 2, 3}, {4, 2.5, 3}}), 8);
