@@ -81,10 +81,11 @@ bool respect_descriptors(net::Limits& limits) {
   return true;
 }
 
+using Signals = net::asio::basic_signal_set<net::Executor>;
+
 /// Waits for a signal, ends the server in order, and stops the loop. A second signal ends the process at once.
-net::awaitable<void> end_on_signal(net::Server& server, net::asio::io_context& io, net::Duration longest,
-                                   bool& in_order) {
-  net::asio::basic_signal_set<net::Executor> signals(io, SIGTERM, SIGINT);
+net::awaitable<void> end_on_signal(Signals& signals, net::Server& server, net::asio::io_context& io,
+                                   net::Duration longest, bool& in_order) {
   net::error_code ignored;
   const int signal = co_await signals.async_wait(net::resume_with(ignored));
   spdlog::info("{}: ending", signal == SIGINT ? "SIGINT" : "SIGTERM");
@@ -150,6 +151,8 @@ int serve(const Config& config) {
       2 * options.limits.drain + options.limits.linger + net::Duration(std::chrono::seconds(5));
 
   net::asio::io_context io(1);
+  // From here on a signal waits for the loop: whoever was told that the daemon is ready may end it in order at once.
+  Signals signals(io, SIGTERM, SIGINT);
   // The writer first: it makes the tables that the reader expects.
   const auto writer = open_database(config.database);
   if (!writer) return kFailed;
@@ -158,7 +161,7 @@ int serve(const Config& config) {
   net::Server server(io, *reader, *writer, scheduler::Scheduler(scheduler::make_rule(config.rule), config.slots),
                      std::move(options));
   bool in_order = false;
-  net::asio::co_spawn(io, end_on_signal(server, io, longest_end, in_order), net::asio::detached);
+  net::asio::co_spawn(io, end_on_signal(signals, server, io, longest_end, in_order), net::asio::detached);
   if (const auto error = server.start()) {
     spdlog::critical("{}", *error);
     return kFailed;
