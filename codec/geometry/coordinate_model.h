@@ -65,7 +65,8 @@ class CoordinateModel {
       return kEscape + (symbol - 1) + static_cast<std::uint32_t>((mass * spare) >> 24);
     };
     auto guess = [&](std::uint64_t scaled) {
-      const std::int32_t bin = bin_of(mixture.quantile(scaled) + 0.5) - base;
+      const std::int32_t* likely = mixture.likely();
+      const std::int32_t bin = (likely != nullptr ? *likely >> shift : bin_of(mixture.quantile(scaled) + 0.5)) - base;
       return static_cast<std::uint32_t>(std::clamp(bin, 0, static_cast<std::int32_t>(bins) - 1)) + 1;
     };
     std::uint32_t wanted = 0;

@@ -63,6 +63,15 @@ class Mixture {
     return static_cast<std::uint32_t>(mass >> 16);
   }
 
+  /// The spike on which more than a quarter of the mass stands; null if there is none.
+  [[nodiscard]] const std::int32_t* likely() const {
+    const Spike* highest = nullptr;
+    for (std::size_t k = 0; k < spike_count_; ++k) {
+      if (spikes_[k].exact > (highest == nullptr ? 16384u : highest->exact)) highest = &spikes_[k];
+    }
+    return highest == nullptr ? nullptr : &highest->at;
+  }
+
   /// About where below() reaches `mass`.
   [[nodiscard]] double quantile(std::uint64_t mass) const {
     constexpr double kLn2 = 0.6931;
@@ -107,7 +116,7 @@ class Mixture {
 
  private:
   struct Spike {
-    double at = 0;
+    std::int32_t at = 0;
     std::uint32_t exact = 0;  // of 2^16
     std::uint32_t near = 0;
     SpikeWeights* learnt = nullptr;

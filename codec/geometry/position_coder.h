@@ -13,6 +13,7 @@
 
 #include "codec/geometry/coordinate_model.h"
 #include "codec/geometry/predictor.h"
+#include "codec/geometry/repeats.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec {
@@ -23,38 +24,6 @@ struct PositionModels {
   CoordinateModel further;  ///< digits of positions that are known coarsely
   bool structured = false;  ///< the mesh repeats coordinates: look for them
 };
-
-/// Of the values that the ring suggests, the most frequent one: coordinates of its vertices (kind 0), corners of its
-/// parallelograms (kind 1), middles between opposite
-/// vertices (kind 2). Answers how often it was met; 0: there is none.
-inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::size_t axis, std::size_t kind,
-                                 unsigned shift, std::int32_t& value) {
-  std::array<std::int32_t, Ring::kMost> values{};
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < ring.size; ++i) {
-    std::int32_t middle = surface[ring.vertex[i]].point[axis];
-    if (kind == 1) {
-      if (ring.apex[i] == kNone) continue;
-      middle += surface[ring.vertex[ring.after(i)]].point[axis] - surface[ring.apex[i]].point[axis];
-      if (middle < 0) continue;
-    }
-    if (kind == 2) {
-      if (ring.border) return 0;
-      const std::size_t opposite = i + ring.size / 2 < ring.size ? i + ring.size / 2 : i + ring.size / 2 - ring.size;
-      middle = (middle + surface[ring.vertex[opposite]].point[axis] + 2) >> 1;
-    }
-    values[count++] = middle >> (shift + 1);
-  }
-  std::size_t most = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::size_t same = 1;
-    for (std::size_t j = i + 1; j < count; ++j) same += values[j] == values[i] ? 1 : 0;
-    if (same <= most) continue;
-    most = same;
-    value = values[i];
-  }
-  return most;
-}
 
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
 /// `shift`: digits that the answer does not have. False: the packet is damaged.
@@ -91,7 +60,13 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     seen[i] = (*known)[axis[i]] * width + (width - 1) / 2 - mean[i];
     noise[i] = width * width * kRounding;
   }
-  std::array<std::size_t, Mixture::kSpikes> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
+  static_assert(Mixture::kSpikes == kRepeats);
+  std::array<Repeated, kRepeats> most_often;
+  const std::size_t kinds = models.structured && known == nullptr ? kRepeats : 0;
+  for (std::size_t kind = 0; kind < kinds; ++kind) {
+    most_often[kind] = most_frequent(surface, ring, static_cast<Repeat>(kind), shift);
+  }
+  std::array<std::size_t, kRepeats> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 0 ? 1 : 0;
     const std::size_t k = i == 2 ? 1 : 2;
@@ -124,10 +99,11 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
-      std::array<RepeatedValue, Mixture::kSpikes> repeated{};
-      const std::size_t kinds = models.structured ? repeated.size() : 0;
+      std::array<RepeatedValue, kRepeats> repeated{};
       for (std::size_t kind = 0; kind < kinds; ++kind) {
-        const std::size_t times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
+        const int lane = static_cast<int>(axis[i]);
+        const auto times = static_cast<std::size_t>(most_often[kind].times[lane]);
+        repeated[kind].value = most_often[kind].value[lane];
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
         const std::size_t far = distance < 0.3 ? 0 : (distance < 1 ? 1 : (distance < 2.5 ? 2 : 3));
