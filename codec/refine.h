@@ -109,12 +109,15 @@ bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
 template <typename Source>
 Status code_connectivity(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source) {
   const std::uint32_t before = state.mesh.vertex_count();
-  InsertingDriver<Source> driver(state, marks, kind, bounds, source);
-  const bool walked = kind == PassKind::ears ? insert_ears(state, bounds, source)
-                                             : conquer(state.mesh, state.seeds, kind, marks, driver);
-  if (!walked) {
+  auto walk = [&] {
+    InsertingDriver<Source> driver(state, marks, kind, bounds, source);
+    return conquer(state.mesh, state.seeds, kind, marks, driver);
+  };
+  if (kind == PassKind::ears ? !insert_ears(state, bounds, source) : !walk()) {
     return Error{ErrorCode::corrupt_data, before, "the packet's connectivity contradicts itself"};
   }
+  // Memory is met in the order of the walk from now on. A walk meets every face.
+  if (kind != PassKind::ears && marks.order.size() == state.mesh.face_count()) state.mesh.reorder(marks.order);
   if (state.mesh.vertex_count() == before) {
     return Error{ErrorCode::corrupt_data, before, "a pass that inserts nothing"};
   }

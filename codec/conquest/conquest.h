@@ -56,6 +56,7 @@ struct Marks {
   std::vector<Tag> tag;                 ///< by vertex
   std::vector<std::uint32_t> queue;     ///< gates, first in first out
   std::vector<std::uint8_t> parent;     ///< by place in the queue: where the gate came from (parent_code)
+  std::vector<std::uint32_t> order;     ///< faces as they were conquered
   std::uint8_t gate_parent = 0;         ///< of the gate that is being decided
 
   void clear(const HalfEdgeMesh& mesh) {
@@ -64,10 +65,19 @@ struct Marks {
     tag.assign(mesh.vertex_count(), Tag::none);
     queue.clear();
     parent.clear();
+    order.clear();
+    order.reserve(mesh.face_count());
+  }
+
+  void conquer_face(std::uint32_t f) {
+    face[f] = 1;
+    order.push_back(f);
   }
 };
 
 inline constexpr std::size_t kForesight = 3;  ///< gates
+/// So many gates that the walk has passed are still kept.
+inline constexpr std::ptrdiff_t kMostPassedGates = 1 << 16;
 
 /// One pass over all components. Driver: `Symbol decide(gate, Tag s, Tag t, Patch&)` answers what stands before the
 /// gate and, unless it is a null patch, has rewritten it and filled the patch; kImpossible ends the walk.
@@ -93,6 +103,11 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
     push(first, kSeedParent);
     push(mesh.opposite(first), kSeedParent);  // the first face may be a dead end in the corner of a boundary
     for (std::size_t head = 0; head < marks.queue.size(); ++head) {
+      if (head == kMostPassedGates) {
+        marks.queue.erase(marks.queue.begin(), marks.queue.begin() + kMostPassedGates);
+        marks.parent.erase(marks.parent.begin(), marks.parent.begin() + kMostPassedGates);
+        head = 0;
+      }
       // The walk is a walk over memory: what the next gates need is fetched while this one is decided.
       if (head + 3 * kForesight < marks.queue.size()) mesh.foresee(marks.queue[head + 3 * kForesight]);
       for (unsigned step = 1; step < 3; ++step) {
@@ -111,7 +126,7 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
       if (symbol == kImpossible) return false;
       if (symbol == kNull) {
         const std::uint32_t front = mesh.apex(gate);
-        marks.face[HalfEdgeMesh::face_of(gate)] = 1;
+        marks.conquer_face(HalfEdgeMesh::face_of(gate));
         marks.conquered[front] = 1;
         if (marks.tag[front] == Tag::none) {
           marks.tag[front] = tag_s == Tag::plus && tag_t == Tag::plus ? Tag::minus : Tag::plus;
@@ -125,7 +140,7 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
         marks.conquered.resize(mesh.vertex_count(), 1);
         marks.tag.resize(mesh.vertex_count(), Tag::plus);
       }
-      for (unsigned i = 0; i < patch.slot_count; ++i) marks.face[patch.slots[i]] = 1;
+      for (unsigned i = 0; i < patch.slot_count; ++i) marks.conquer_face(patch.slots[i]);
       for (std::uint32_t v : patch.ring_vertices()) marks.conquered[v] = 1;
       if (kind == PassKind::decimating) {
         const Triangulation& triangulation = patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
@@ -143,7 +158,7 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
         const std::uint32_t beyond = patch.outside[i];
         if (beyond == kNone || marks.face[HalfEdgeMesh::face_of(beyond)] != 0) continue;
         driver.step_over(beyond);
-        marks.face[HalfEdgeMesh::face_of(beyond)] = 1;
+        marks.conquer_face(HalfEdgeMesh::face_of(beyond));
         marks.conquered[mesh.apex(beyond)] = 1;
         push(mesh.opposite(HalfEdgeMesh::next(beyond)), kSteppedParent);
         push(mesh.opposite(HalfEdgeMesh::prev(beyond)), kSteppedParent);

@@ -106,7 +106,8 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
         repeated[kind].value = most_often[kind].value[lane];
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
-        const std::size_t far = distance < 0.3 ? 0 : (distance < 1 ? 1 : (distance < 2.5 ? 2 : 3));
+        // Hard to foresee, so there is no branch.
+        const std::size_t far = (distance >= 0.3 ? 1u : 0u) + (distance >= 1 ? 1u : 0u) + (distance >= 2.5 ? 1u : 0u);
         repeated[kind].context = (std::min<std::size_t>(times, 7) * 3 + outcome[kind]) * 4 + far;
       }
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));

@@ -148,6 +148,24 @@ void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
   face_valence_.reserve(vertices);
 }
 
+void HalfEdgeMesh::reorder(std::span<const std::uint32_t> order) {
+  std::vector<std::uint32_t> place(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * place[face_of(h)] + h % 3; };
+  std::vector<HalfEdge> halfedges;
+  halfedges.reserve(halfedge_.capacity());
+  constexpr std::size_t kForesight = 8;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + kForesight < order.size()) foresee(3 * order[i + kForesight]);
+    const std::uint32_t face = order[i];
+    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
+      halfedges.push_back({halfedge_[h].origin, moved(halfedge_[h].opposite)});
+    }
+  }
+  halfedge_.swap(halfedges);
+  for (std::uint32_t& h : outgoing_) h = moved(h);
+}
+
 std::uint32_t HalfEdgeMesh::add_vertex() {
   outgoing_.push_back(kNone);
   face_valence_.push_back(0);
