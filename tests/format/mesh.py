@@ -87,6 +87,14 @@ class Mesh:
             self.opposite += [None] * 3
         self.faces[face] = (a, b, c)
 
+    def renumber(self, order):
+        """Gives face order[i] the number i."""
+        place = {face: i for i, face in enumerate(order)}
+        moved = {3 * face + e: 3 * i + e for face, i in place.items() for e in range(3)} | {None: None}
+        self.faces = [self.faces[face] for face in order]
+        self.opposite = [moved[self.opposite[3 * face + e]] for face in order for e in range(3)]
+        self.outgoing = [moved[h] for h in self.outgoing]
+
     def leaving(self, v):
         """Half-edges that leave v, turning left from the outgoing one."""
         h = self.outgoing[v]

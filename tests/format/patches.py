@@ -93,12 +93,14 @@ class Patch:
         x = mesh.add_vertex(point)
         slots = list(self.faces)
         star = {}
+        self.star = []  # its faces
         for i in range(n):
             if i == self.closing:
                 continue
             face = slots.pop(0) if slots else len(mesh.faces)
             mesh.set_face(face, self.ring[i], self.ring[(i + 1) % n], x)
             star[i] = 3 * face
+            self.star.append(face)
         for i in range(n):
             after = (i + 1) % n
             if i in star and after in star:

@@ -33,6 +33,7 @@ def walk(state, reader, kind, header, previous):
     surroundings = Surroundings(mesh, kind == CLEANING, previous)
     model = state.symbols[kind]
     face_done = [False] * len(mesh.faces)
+    order = []  # faces as they become conquered
     vertex_done = [False] * len(mesh.points)
     tag = [None] * len(mesh.points)
     for s, t in state.seeds:
@@ -58,6 +59,7 @@ def walk(state, reader, kind, header, previous):
             if holds.symbol == NULL:
                 surroundings.keep(gate // 3)
                 face_done[gate // 3] = True
+                order.append(gate // 3)
                 vertex_done[front] = True
                 if tag[front] is None:
                     tag[front] = MINUS if tag[sv] == PLUS and tag[tv] == PLUS else PLUS
@@ -74,6 +76,7 @@ def walk(state, reader, kind, header, previous):
             tag.append(PLUS)
             for face in patch.faces:
                 face_done[face] = True
+            order += patch.star
             for v in patch.ring:
                 vertex_done[v] = True
             if kind == DECIMATING:
@@ -88,9 +91,11 @@ def walk(state, reader, kind, header, previous):
                     continue
                 surroundings.keep(x // 3)
                 face_done[x // 3] = True
+                order.append(x // 3)
                 vertex_done[mesh.apex(x)] = True
                 queue.append((mesh.opposite[mesh.next(x)], 28))
                 queue.append((mesh.opposite[mesh.prev(x)], 28))
+    mesh.renumber(order)
 
 
 def read_ears(state, reader, header):
