@@ -60,9 +60,9 @@ class InsertingDriver {
     const Triangulation& triangulation = kind_ == PassKind::cleaning ? interior_triangulation(3, Tag::plus, Tag::minus)
                                          : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
                                                              : interior_triangulation(patch.size, tag_s, tag_t);
-    std::array<std::int64_t, 3> sum{};
+    std::array<std::uint32_t, 3> sum{};  // of at most six points below 2^25, so this is no narrowing
     for (std::uint32_t v : patch.ring_vertices()) {
-      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += state_.points[v][axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += static_cast<std::uint32_t>(state_.points[v][axis]);
     }
     LatticePoint provisional{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
