@@ -17,6 +17,7 @@ function(pmcd_room target)
     # g++ says of each fence in Asio that it is not understood; what it orders is ordered by locks as well.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-tsan>)
     target_link_options(${target} PUBLIC -fsanitize=${PMCD_SANITIZE})
+    target_compile_definitions(${target} PRIVATE PMCD_SANITIZED)
   endif()
   if(PMCD_FUZZ)
     # Coverage that libFuzzer is guided by; only the programs of tests/fuzz link the fuzzer itself.

@@ -7,6 +7,7 @@
 #include "codec/import/defects.h"
 #include "codec/import/read_mesh.h"
 #include "codec/import/repair.h"
+#include "codec/import/report.h"
 #include "codec/import/triangulate.h"
 #include "codec/mesh/edge_table.h"
 
@@ -20,10 +21,6 @@ std::string joined(const std::vector<std::string>& names) {
   std::string out;
   for (const std::string& name : names) out += (out.empty() ? "" : "; ") + name;
   return out;
-}
-
-std::string counted(std::uint64_t n, const char* one, const char* many) {
-  return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
 std::string in_words(const Defect& defect) {

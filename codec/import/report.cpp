@@ -3,13 +3,10 @@
 #include "codec/import/report.h"
 
 namespace pmcd::import {
-namespace {
 
 std::string counted(std::uint64_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
-
-}  // namespace
 
 std::vector<std::string> ImportReport::lines() const {
   std::vector<std::string> out;

@@ -9,6 +9,9 @@
 
 namespace pmcd::import {
 
+/// "1 face", "2 faces".
+std::string counted(std::uint64_t n, const std::string& one, const std::string& many);
+
 struct ImportReport {
   std::string format;    ///< for instance "PLY, binary little endian"
   bool float64 = false;  ///< coordinates are kept as double

@@ -154,9 +154,9 @@ void HalfEdgeMesh::reorder(std::span<const std::uint32_t> order) {
   auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * place[face_of(h)] + h % 3; };
   std::vector<HalfEdge> halfedges;
   halfedges.reserve(halfedge_.capacity());
-  constexpr std::size_t kForesight = 8;
+  constexpr std::size_t kFacesAhead = 8;
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + kForesight < order.size()) foresee(3 * order[i + kForesight]);
+    if (i + kFacesAhead < order.size()) foresee(3 * order[i + kFacesAhead]);
     const std::uint32_t face = order[i];
     for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
       halfedges.push_back({halfedge_[h].origin, moved(halfedge_[h].opposite)});

@@ -113,38 +113,48 @@ TEST(PositionCoder, MostFrequentValueIsCountedInCells) {
   const Surface surface = standing_at(points);
   Ring ring = four_ring();
   ring.apex = {4, kNone, 4, kNone};
-  std::int32_t value = -1;
-  EXPECT_EQ(most_frequent(surface, ring, 0, 0, 0, value), 2u);  // 8 and 9 are the same lattice point
-  EXPECT_EQ(value, 4);
-  EXPECT_EQ(most_frequent(surface, ring, 0, 0, 2, value), 3u);  // cells of four
-  EXPECT_EQ(value, 1);
-  EXPECT_EQ(most_frequent(surface, ring, 1, 0, 0, value), 4u);
-  EXPECT_EQ(value, 0);
+  Repeated repeated;
+  repeated = most_frequent(surface, ring, Repeat::coordinate, 0);  // 8 and 9 are the same lattice point
+  EXPECT_EQ(repeated.times[0], 2);
+  EXPECT_EQ(repeated.value[0], 4);
+  repeated = most_frequent(surface, ring, Repeat::coordinate, 2);  // cells of four
+  EXPECT_EQ(repeated.times[0], 3);
+  EXPECT_EQ(repeated.value[0], 1);
+  repeated = most_frequent(surface, ring, Repeat::coordinate, 0);
+  EXPECT_EQ(repeated.times[1], 4);
+  EXPECT_EQ(repeated.value[1], 0);
   // Corners 8 + 9 - 24 < 0, which does not count, and 40 + 15 - 24 = 31.
-  EXPECT_EQ(most_frequent(surface, ring, 0, 1, 0, value), 1u);
-  EXPECT_EQ(value, 15);
+  repeated = most_frequent(surface, ring, Repeat::corner, 0);
+  EXPECT_EQ(repeated.times[0], 1);
+  EXPECT_EQ(repeated.value[0], 15);
   ring.apex.fill(kNone);
-  EXPECT_EQ(most_frequent(surface, ring, 0, 1, 0, value), 0u);
+  repeated = most_frequent(surface, ring, Repeat::corner, 0);
+  EXPECT_EQ(repeated.times[0], 0);
 }
 
 TEST(PositionCoder, MiddlesBetweenOppositeVerticesAreRounded) {
   const Surface surface = standing_at({{8, 0, 1}, {10, 0, 2}, {40, 0, 5}, {39, 0, 4}, {24, 0, 5}});
   Ring ring = four_ring();
-  std::int32_t value = -1;
+  Repeated repeated;
   // 8 and 40, 10 and 39, each from either end: (48 + 2) / 2 and (49 + 2) / 2 half steps.
-  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 4u);
-  EXPECT_EQ(value, 12);
-  EXPECT_EQ(most_frequent(surface, ring, 2, 2, 0, value), 4u);
-  EXPECT_EQ(value, 2);
-  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 2, value), 4u);
-  EXPECT_EQ(value, 3);
+  repeated = most_frequent(surface, ring, Repeat::middle, 0);
+  EXPECT_EQ(repeated.times[0], 4);
+  EXPECT_EQ(repeated.value[0], 12);
+  repeated = most_frequent(surface, ring, Repeat::middle, 0);
+  EXPECT_EQ(repeated.times[2], 4);
+  EXPECT_EQ(repeated.value[2], 2);
+  repeated = most_frequent(surface, ring, Repeat::middle, 2);
+  EXPECT_EQ(repeated.times[0], 4);
+  EXPECT_EQ(repeated.value[0], 3);
   // Of five the opposite is two further on: (8 + 40), (10 + 39) and (39 + 8) come to the same.
   ring.size = 5;
   ring.vertex[4] = 4;
-  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 3u);
-  EXPECT_EQ(value, 12);
+  repeated = most_frequent(surface, ring, Repeat::middle, 0);
+  EXPECT_EQ(repeated.times[0], 3);
+  EXPECT_EQ(repeated.value[0], 12);
   ring.border = true;
-  EXPECT_EQ(most_frequent(surface, ring, 0, 2, 0, value), 0u);
+  repeated = most_frequent(surface, ring, Repeat::middle, 0);
+  EXPECT_EQ(repeated.times[0], 0);
 }
 
 }  // namespace

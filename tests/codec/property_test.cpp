@@ -46,7 +46,7 @@ TEST(Properties, AnyMeshAnyOptions) {
 }
 
 TEST(Properties, FixedSeeds) {
-  for (std::uint64_t seed = 0; seed < 700; ++seed) {
+  for (std::uint64_t seed = 0; seed < 700; seed += kEverySample) {
     ASSERT_EQ(check(any_mesh(seed), any_options(seed)), "") << "seed " << seed;
   }
 }
