@@ -17,7 +17,7 @@ namespace pmcd::codec {
 class Mixture {
  public:
   static constexpr std::size_t kWidths = 3;
-  static constexpr std::size_t kSpikes = 3;
+  static constexpr std::size_t kSpikes = 4;
   static constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread; the fourth is not used
   using Weights = std::array<float, kWidths>;             // sum 1
   /// Of all mass: what stands on a spike's value, and what lies about it within a rounding or two.

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,7 @@
 
 #include "codec/geometry/coordinate_model.h"
 #include "codec/geometry/predictor.h"
+#include "codec/geometry/value_counts.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec {
@@ -21,6 +23,7 @@ namespace pmcd::codec {
 struct PositionModels {
   CoordinateModel first;    ///< positions
   CoordinateModel further;  ///< digits of positions that are known coarsely
+  std::array<ValueCounts, 3> values;  ///< by axis, if structured
   bool structured = false;  ///< the mesh repeats coordinates: look for them
 };
 
@@ -127,7 +130,14 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       const std::size_t kinds = models.structured ? repeated.size() : 0;
       for (std::size_t kind = 0; kind < kinds; ++kind) {
-        const std::size_t times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
+        std::size_t times = 0;
+        if (kind < 3) {
+          times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
+        } else {
+          models.values[axis[i]].begin(shift);
+          const std::size_t count = models.values[axis[i]].best_near(centre, 3 * spread + 1, repeated[kind].value);
+          times = static_cast<std::size_t>(std::bit_width(count));
+        }
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
         const std::size_t far = distance < 0.3 ? 0 : (distance < 1 ? 1 : (distance < 2.5 ? 2 : 3));
@@ -136,6 +146,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
+      if (models.structured) models.values[axis[i]].learn(value);
       for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;
     }
     cell[axis[i]] = value;
