@@ -35,7 +35,7 @@ constexpr unsigned kMostPackets = 1000;
 // smaller.
 constexpr std::uint32_t kFatBase = 100;
 constexpr std::uint32_t kMostInOnePacket = 65536;
-constexpr double kMuchSmaller = 0.7;
+constexpr double kMuchSmaller = 0.75;
 
 // Shares of the whole time, for progress.
 constexpr double kPlanned = 0.05;
