@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <span>
 #include <utility>
 
@@ -13,6 +15,7 @@
 #include "codec/encoder/plan_writer.h"
 #include "codec/encoder/precision.h"
 #include "codec/encoder/proof.h"
+#include "codec/encoder/reflection_search.h"
 #include "codec/exactness.h"
 #include "codec/geometry/coordinate_model.h"
 #include "codec/level_state.h"
@@ -177,9 +180,11 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
 // How many digits of positions each level leaves out: none the last, never more than the level before, and no packet
 // adds more of them than it may.
 std::vector<unsigned> plan_shifts(std::span<const PassRecord> passes, std::span<const std::uint32_t> groups,
-                                  std::uint32_t vertices_in_faces, const PrecisionPlan& precision, unsigned bits) {
+                                  std::uint32_t vertices_in_faces, const PrecisionPlan& precision, unsigned bits,
+                                  bool reflects) {
   std::uint32_t vertices = vertices_in_faces;
   std::vector<unsigned> shifts(groups.size() + 1, 0);
+  if (reflects && !getenv("RP")) return shifts;  // rounding would part vertices from their images
   std::size_t pass = passes.size();
   for (std::size_t level = groups.size(); level > 0; --level) {
     for (std::uint32_t i = 0; i < groups[level - 1]; ++i) {
@@ -246,7 +251,9 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   const PrecisionPlan precision(mesh, w.plan.points, alignment);
   w.plan.guessing = options.effort == Effort::best ? Guessing::often : Guessing::once;
   w.plan.structured = alignment != Alignment::none;
-  const std::vector<unsigned> shifts = plan_shifts(passes, groups, in_faces, precision, lattice->bits);
+  w.plan.reflection = find_reflection(w.plan.points, lattice->max_index(), lattice->snap(Position{}));
+  if (getenv("RS")) fprintf(stderr,"refl %d %d %d\n",w.plan.reflection.flips[0],w.plan.reflection.flips[1],w.plan.reflection.flips[2]);
+  const std::vector<unsigned> shifts = plan_shifts(passes, groups, in_faces, precision, lattice->bits, w.plan.reflection.any());
   Status written = write_packet(w, {}, shifts[0], groups.empty(), false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);

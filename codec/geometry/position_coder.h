@@ -5,6 +5,7 @@
 // Gain: 0.65 to 1.1 bits a vertex (the project's codec notes, part 2).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -14,6 +15,7 @@
 
 #include "codec/geometry/coordinate_model.h"
 #include "codec/geometry/predictor.h"
+#include "codec/geometry/reflection.h"
 #include "codec/geometry/value_counts.h"
 #include "codec/lattice/lattice.h"
 
@@ -24,6 +26,8 @@ struct PositionModels {
   CoordinateModel first;    ///< positions
   CoordinateModel further;  ///< digits of positions that are known coarsely
   std::array<ValueCounts, 3> values;  ///< by axis, if structured
+  Reflection reflection;    ///< of the mesh onto itself, if any axis flips
+  Images images;            ///< of the vertices that are known
   bool structured = false;  ///< the mesh repeats coordinates: look for them
 };
 
@@ -57,6 +61,34 @@ inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::
     value = values[i];
   }
   return most;
+}
+
+/// Of the images nearby, the one that fits best: coordinates of `order` before the i-th are known (`cell`), the others
+/// are expected at `mean`. Answers how many fit about as well; 0: there is none.
+inline std::size_t best_image(const Images::Nearby& nearby, const std::array<std::size_t, 3>& order, std::size_t i,
+                              const LatticePoint& cell, const std::array<double, 3>& mean, double spread,
+                              unsigned shift, std::int32_t& value) {
+  const double inverse = 1 / (spread * spread + 0.5);
+  double best = 40;
+  std::size_t fitting = 0;
+  for (std::size_t n = 0; n < nearby.size; ++n) {
+    double away = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::int32_t at = nearby.image[n][order[j]] >> (shift + 1);
+      if (j < i) {
+        const auto off = static_cast<double>(at - cell[order[j]]);
+        away += off * off * 3;
+      } else {
+        const double off = static_cast<double>(at) - mean[j];
+        away += off * off * inverse;
+      }
+    }
+    if (away < best + 3) fitting = away < best - 3 ? 1 : fitting + 1;
+    if (away >= best) continue;
+    best = away;
+    value = nearby.image[n][order[i]] >> (shift + 1);
+  }
+  return fitting;
 }
 
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
@@ -95,6 +127,16 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     noise[i] = width * width * kRounding;
   }
   std::array<std::size_t, Mixture::kSpikes> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
+  const bool reflects = known == nullptr && models.reflection.any();
+  Images::Nearby nearby;
+  if (reflects) {
+    LatticePoint about{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double bounded = std::min(std::max(mean[i], 0.0), static_cast<double>(most));
+      about[axis[i]] = static_cast<std::int32_t>(bounded) << (shift + 1);
+    }
+    nearby = models.images.near(about);
+  }
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 0 ? 1 : 0;
     const std::size_t k = i == 2 ? 1 : 2;
@@ -128,10 +170,12 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
-      const std::size_t kinds = models.structured ? repeated.size() : 0;
+      const std::size_t kinds = models.structured ? repeated.size() : (reflects ? 1 : 0);
       for (std::size_t kind = 0; kind < kinds; ++kind) {
         std::size_t times = 0;
-        if (kind < 3) {
+        if (reflects && kind + 1 == kinds) {
+          times = best_image(nearby, axis, i, cell, mean, tangential, shift, repeated[kind].value);
+        } else if (kind < 3) {
           times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
         } else {
           models.values[axis[i]].begin(shift);
@@ -146,7 +190,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
-      if (models.structured) models.values[axis[i]].learn(value);
+      if (models.structured && !reflects) models.values[axis[i]].learn(value);
       for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;
     }
     cell[axis[i]] = value;
