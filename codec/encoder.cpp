@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <span>
 #include <utility>
 
@@ -38,7 +36,7 @@ constexpr unsigned kMostPackets = 1000;
 // smaller.
 constexpr std::uint32_t kFatBase = 100;
 constexpr std::uint32_t kMostInOnePacket = 65536;
-constexpr double kMuchSmaller = 0.75;
+constexpr double kMuchSmaller = 0.8;
 
 // Shares of the whole time, for progress.
 constexpr double kPlanned = 0.05;
@@ -184,7 +182,7 @@ std::vector<unsigned> plan_shifts(std::span<const PassRecord> passes, std::span<
                                   bool reflects) {
   std::uint32_t vertices = vertices_in_faces;
   std::vector<unsigned> shifts(groups.size() + 1, 0);
-  if (reflects && !getenv("RP")) return shifts;  // rounding would part vertices from their images
+  if (reflects) return shifts;  // rounding would part vertices from their images
   std::size_t pass = passes.size();
   for (std::size_t level = groups.size(); level > 0; --level) {
     for (std::uint32_t i = 0; i < groups[level - 1]; ++i) {
@@ -252,8 +250,8 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   w.plan.guessing = options.effort == Effort::best ? Guessing::often : Guessing::once;
   w.plan.structured = alignment != Alignment::none;
   w.plan.reflection = find_reflection(w.plan.points, lattice->max_index(), lattice->snap(Position{}));
-  if (getenv("RS")) fprintf(stderr,"refl %d %d %d\n",w.plan.reflection.flips[0],w.plan.reflection.flips[1],w.plan.reflection.flips[2]);
-  const std::vector<unsigned> shifts = plan_shifts(passes, groups, in_faces, precision, lattice->bits, w.plan.reflection.any());
+  const std::vector<unsigned> shifts =
+      plan_shifts(passes, groups, in_faces, precision, lattice->bits, w.plan.reflection.any());
   Status written = write_packet(w, {}, shifts[0], groups.empty(), false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);

@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "codec/conquest/conquest.h"
-#include "codec/geometry/reflection.h"
 #include "codec/entropy/range_coder.h"
+#include "codec/geometry/reflection.h"
 #include "codec/lattice/cell.h"
 #include "codec/lattice/exactness_form.h"
 #include "codec/lattice/lattice.h"

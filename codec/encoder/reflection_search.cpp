@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kSample = 1000;
 // The share of vertices that must have an image for the search to pay.
-constexpr double kWorthShare = 0.3;
+constexpr double kWorthShare = 0.15;
 
 // The share of a sample of vertices that have another one within a step of their image.
 double share_of(const Reflection& reflection, std::span<const LatticePoint> halves, std::int32_t most) {

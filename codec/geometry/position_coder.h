@@ -23,17 +23,16 @@ namespace pmcd::codec {
 
 /// What the position coder codes by; encoder and decoder hold the same.
 struct PositionModels {
-  CoordinateModel first;    ///< positions
-  CoordinateModel further;  ///< digits of positions that are known coarsely
+  CoordinateModel first;              ///< positions
+  CoordinateModel further;            ///< digits of positions that are known coarsely
   std::array<ValueCounts, 3> values;  ///< by axis, if structured
-  Reflection reflection;    ///< of the mesh onto itself, if any axis flips
-  Images images;            ///< of the vertices that are known
-  bool structured = false;  ///< the mesh repeats coordinates: look for them
+  Reflection reflection;              ///< of the mesh onto itself, if any axis flips
+  Images images;                      ///< of the vertices that are known
+  bool structured = false;            ///< the mesh repeats coordinates: look for them
 };
 
 /// Of the values that the ring suggests, the most frequent one: coordinates of its vertices (kind 0), corners of its
-/// parallelograms (kind 1), middles between opposite
-/// vertices (kind 2). Answers how often it was met; 0: there is none.
+/// parallelograms (kind 1), middles between opposite vertices (kind 2). Answers how often it was met; 0: there is none.
 inline std::size_t most_frequent(const Surface& surface, const Ring& ring, std::size_t axis, std::size_t kind,
                                  unsigned shift, std::int32_t& value) {
   std::array<std::int32_t, Ring::kMost> values{};
@@ -127,6 +126,8 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     noise[i] = width * width * kRounding;
   }
   std::array<std::size_t, Mixture::kSpikes> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
+  // Where both are looked for, images stand in for corners, which say little beside them.
+  constexpr std::size_t kImages = 1;
   const bool reflects = known == nullptr && models.reflection.any();
   Images::Nearby nearby;
   if (reflects) {
@@ -173,7 +174,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       const std::size_t kinds = models.structured ? repeated.size() : (reflects ? 1 : 0);
       for (std::size_t kind = 0; kind < kinds; ++kind) {
         std::size_t times = 0;
-        if (reflects && kind + 1 == kinds) {
+        if (reflects && (kinds == 1 || kind == kImages)) {
           times = best_image(nearby, axis, i, cell, mean, tangential, shift, repeated[kind].value);
         } else if (kind < 3) {
           times = most_frequent(surface, ring, axis[i], kind, shift, repeated[kind].value);
@@ -190,7 +191,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
-      if (models.structured && !reflects) models.values[axis[i]].learn(value);
+      if (models.structured) models.values[axis[i]].learn(value);
       for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;
     }
     cell[axis[i]] = value;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A mesh that is its own mirror image, or comes again when turned by half a turn: some axes' coordinates flip about a
 // centre. Every vertex that is known expects another one at its image; whoever codes a vertex asks for the images near
-// where it is expected. Images lie in a hashed grid of buckets, about one to a bucket.
+// where it is expected. Images lie in a hashed grid of buckets, about one to a bucket. Gain at 12 bits, best effort, in
+// bits a vertex: spot 5.8, knot1 4.6, dino 3.4, turbine 2.2, camel 0.5; a bit a mesh elsewhere.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +43,8 @@ class Images {
   void begin(const Reflection& reflection, std::size_t vertices, std::int32_t most) {
     reflection_ = reflection;
     bucket_ = 1;
-    while ((std::int64_t{1} << (2 * (bucket_ + 1))) * static_cast<std::int64_t>(vertices) <
-           std::int64_t{most} * most) {
+    vertices = std::max<std::size_t>(vertices, 1);
+    while ((std::int64_t{1} << (2 * (bucket_ + 1))) * static_cast<std::int64_t>(vertices) < std::int64_t{most} * most) {
       ++bucket_;
     }
     std::size_t slots = 16;
@@ -65,11 +66,13 @@ class Images {
   /// The images in the buckets about `point`, the latest of each first. [27 buckets]
   [[nodiscard]] Nearby near(const LatticePoint& point) const {
     Nearby result;
+    std::size_t steps = 0;  // no more than these, whatever a stream puts into one slot
     for (std::int32_t at = 0; at < 27; ++at) {
       const std::int32_t x = (point[0] >> bucket_) + at % 3 - 1;
       const std::int32_t y = (point[1] >> bucket_) + at / 3 % 3 - 1;
       const std::int32_t z = (point[2] >> bucket_) + at / 9 - 1;
       for (std::uint32_t i = heads_[slot(x, y, z)]; i != 0; i = next_[i - 1]) {
+        if (++steps > kMostSteps) return result;
         const LatticePoint& image = images_[i - 1];
         if ((image[0] >> bucket_) != x || (image[1] >> bucket_) != y || (image[2] >> bucket_) != z) continue;
         if (result.size == kMost) return result;
@@ -85,6 +88,8 @@ class Images {
                                 static_cast<std::uint32_t>(z) * 83492791u;
     return (mixed ^ (mixed >> 15)) & (heads_.size() - 1);
   }
+
+  static constexpr std::size_t kMostSteps = 256;
 
   Reflection reflection_;
   int bucket_ = 0;
