@@ -233,7 +233,7 @@ Status code_exactness(LevelState& state, Source& source) {
         position[axis] = again ? entry.value : exactness::code_coordinate(source, state, form, models[axis], v, axis);
         came_again += again ? 1 : 0;
         repeats[axis].learn(index, position[axis]);
-        if (form.axes[axis].negated) {
+        if (form.axes[axis].negated && std::isfinite(position[axis])) {
           repeats[axis].learn(state.lattice.snap(-position[axis], static_cast<int>(axis)), -position[axis]);
         }
       }
