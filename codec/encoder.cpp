@@ -13,6 +13,7 @@
 #include "codec/encoder/plan_writer.h"
 #include "codec/encoder/precision.h"
 #include "codec/encoder/proof.h"
+#include "codec/encoder/reflection_search.h"
 #include "codec/exactness.h"
 #include "codec/geometry/coordinate_model.h"
 #include "codec/level_state.h"
@@ -35,7 +36,7 @@ constexpr unsigned kMostPackets = 1000;
 // smaller.
 constexpr std::uint32_t kFatBase = 100;
 constexpr std::uint32_t kMostInOnePacket = 65536;
-constexpr double kMuchSmaller = 0.7;
+constexpr double kMuchSmaller = 0.8;
 
 // Shares of the whole time, for progress.
 constexpr double kPlanned = 0.05;
@@ -177,9 +178,11 @@ std::vector<std::uint32_t> plan_packets(std::span<const PassRecord> passes, std:
 // How many digits of positions each level leaves out: none the last, never more than the level before, and no packet
 // adds more of them than it may.
 std::vector<unsigned> plan_shifts(std::span<const PassRecord> passes, std::span<const std::uint32_t> groups,
-                                  std::uint32_t vertices_in_faces, const PrecisionPlan& precision, unsigned bits) {
+                                  std::uint32_t vertices_in_faces, const PrecisionPlan& precision, unsigned bits,
+                                  bool reflects) {
   std::uint32_t vertices = vertices_in_faces;
   std::vector<unsigned> shifts(groups.size() + 1, 0);
+  if (reflects) return shifts;  // rounding would part vertices from their images
   std::size_t pass = passes.size();
   for (std::size_t level = groups.size(); level > 0; --level) {
     for (std::uint32_t i = 0; i < groups[level - 1]; ++i) {
@@ -246,7 +249,9 @@ Result<Encoded> encode_as(const TriangleMesh& mesh, const EncodeOptions& options
   const PrecisionPlan precision(mesh, w.plan.points, alignment);
   w.plan.guessing = options.effort == Effort::best ? Guessing::often : Guessing::once;
   w.plan.structured = alignment != Alignment::none;
-  const std::vector<unsigned> shifts = plan_shifts(passes, groups, in_faces, precision, lattice->bits);
+  w.plan.reflection = find_reflection(w.plan.points, lattice->max_index(), lattice->snap(Position{}));
+  const std::vector<unsigned> shifts =
+      plan_shifts(passes, groups, in_faces, precision, lattice->bits, w.plan.reflection.any());
   Status written = write_packet(w, {}, shifts[0], groups.empty(), false, bounds);
   w.plan.base = HalfEdgeMesh();
   w.state.mesh.reserve(total, bounds.faces);

@@ -144,6 +144,7 @@ bool code_form(Source& source, ExactnessForm& form, const ExactnessForm& wanted)
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const ExactnessForm::Axis& want = wanted.axes[axis];
     form.axes[axis].repeats = source.raw(want.repeats ? 1 : 0, 1) != 0;
+    if (form.axes[axis].repeats) form.axes[axis].negated = source.raw(want.negated ? 1 : 0, 1) != 0;
     form.axes[axis].coarse = source.raw(want.coarse ? 1 : 0, 1) != 0;
     form.axes[axis].strays = source.raw(want.strays ? 1 : 0, 1) != 0;
     if (form.axes[axis].coarse && !form.coarse && !form.grid) return false;
@@ -232,6 +233,9 @@ Status code_exactness(LevelState& state, Source& source) {
         position[axis] = again ? entry.value : exactness::code_coordinate(source, state, form, models[axis], v, axis);
         came_again += again ? 1 : 0;
         repeats[axis].learn(index, position[axis]);
+        if (form.axes[axis].negated && std::isfinite(position[axis])) {
+          repeats[axis].learn(state.lattice.snap(-position[axis], static_cast<int>(axis)), -position[axis]);
+        }
       }
       if (!std::isfinite(position[axis])) return corrupt;
     }

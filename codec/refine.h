@@ -152,6 +152,7 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
     settle(state, surface, expected, v, middle_of(cell, state.shift));
+    if (state.models.position.reflection.any()) state.models.position.images.add(state.points[v]);
   }
   return {};
 }
@@ -215,6 +216,11 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
 
   surface.build(state.mesh, state.points, state.spreads);
   state.spreads.resize(state.points.size());
+  PositionModels& models = state.models.position;
+  if (models.reflection.any()) {
+    models.images.begin(models.reflection, state.points.size(), most);
+    for (std::uint32_t v = 0; v < old_count; ++v) models.images.add(state.points[v]);
+  }
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
     if (pass == 0 || guessing == Guessing::often) place_provisionally(state.mesh, surface, first, most);

@@ -24,6 +24,7 @@
 
 #include "codec/conquest/conquest.h"
 #include "codec/entropy/range_coder.h"
+#include "codec/geometry/reflection.h"
 #include "codec/lattice/cell.h"
 #include "codec/lattice/exactness_form.h"
 #include "codec/lattice/lattice.h"
@@ -64,6 +65,7 @@ class PacketReader {
 
   [[nodiscard]] Guessing wanted_guessing() const { return Guessing::once; }
   [[nodiscard]] bool wanted_structured() const { return false; }
+  [[nodiscard]] Reflection wanted_reflection() const { return {}; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }
   [[nodiscard]] PassKind wanted_pass_kind() const { return PassKind::decimating; }
   [[nodiscard]] bool wanted_ear(std::uint32_t /*edge_origin*/) const { return false; }

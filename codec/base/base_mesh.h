@@ -198,6 +198,16 @@ Status code_base_level(LevelState& state, Source& source, std::uint32_t max_vert
                        unsigned shift) {
   if (shift >= state.lattice.bits) return Error{ErrorCode::corrupt_data, shift, "a level without a digit"};
   state.models.position.structured = source.raw(source.wanted_structured() ? 1 : 0, 1) != 0;
+  const Reflection wanted = source.wanted_reflection();
+  Reflection& reflection = state.models.position.reflection;
+  if (source.raw(wanted.any() ? 1 : 0, 1) != 0) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      reflection.flips[axis] = source.raw(wanted.flips[axis] ? 1 : 0, 1) != 0;
+      if (!reflection.flips[axis]) continue;
+      const std::uint32_t steps = source.raw(static_cast<std::uint32_t>(wanted.sum[axis]) / 2, 25);
+      reflection.sum[axis] = 2 * static_cast<std::int32_t>(steps);
+    }
+  }
   return code_base_mesh(state, source, max_vertices, max_faces, shift);
 }
 

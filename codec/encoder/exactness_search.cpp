@@ -293,12 +293,35 @@ bool holds_all(const Lattice& lattice, const TriangleMesh& mesh) {
   return true;
 }
 
+// What a table of repeats would save.
+struct RepeatsTrial {
+  RepeatsTrial(std::size_t vertices, const Lattice& lattice) : repeats(vertices, lattice) {}
+
+  void add(std::int32_t index, double value, double cost) {
+    const Repeats::Entry& entry = repeats.at(index);
+    if (entry.index == index) {
+      const bool again = same_bits(entry.value, value);
+      counts[entry.score][again ? 1 : 0] += 1;
+      costs += again ? cost : 0;
+    }
+    repeats.learn(index, value);
+  }
+  [[nodiscard]] double saved() const {
+    double result = costs;
+    for (const auto& [other, again] : counts) result -= entropy(again, again + other);
+    return result;
+  }
+
+  Repeats repeats;
+  std::array<std::array<double, 2>, Repeats::kScores> counts{};
+  double costs = 0;
+};
+
 // All coordinates, in the order of the file for want of the decoder's: who strays, and whether repeats pay.
 void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm& form) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    Repeats repeats(mesh.positions.size(), lattice);
-    std::array<std::array<double, 2>, Repeats::kScores> counts{};
-    double saved = 0;
+    RepeatsTrial plain(mesh.positions.size(), lattice);
+    RepeatsTrial negated(mesh.positions.size(), lattice);
     for (const Position& p : mesh.positions) {
       const double wanted = p[axis];
       const std::int32_t index = lattice.snap(wanted, static_cast<int>(axis));
@@ -317,16 +340,14 @@ void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm
         form.axes[axis].strays = form.axes[axis].strays || strays;
         cost = (cell.count > 0 ? binary_log(static_cast<double>(cell.count)) : 0) + (strays ? 4 : 0);
       }
-      const Repeats::Entry& entry = repeats.at(index);
-      if (entry.index == index) {
-        const bool again = same_bits(entry.value, wanted);
-        counts[entry.score][again ? 1 : 0] += 1;
-        saved += again ? cost : 0;
-      }
-      repeats.learn(index, wanted);
+      plain.add(index, wanted, cost);
+      negated.add(index, wanted, cost);
+      negated.repeats.learn(lattice.snap(-wanted, static_cast<int>(axis)), -wanted);
     }
-    for (const auto& [other, again] : counts) saved -= entropy(again, again + other);
-    form.axes[axis].repeats = saved > 64;
+    const double saved = plain.saved();
+    const double saved_negated = negated.saved();
+    form.axes[axis].negated = saved_negated > saved + 64;
+    form.axes[axis].repeats = std::max(saved, saved_negated) > 64;
   }
 }
 

@@ -13,6 +13,7 @@
 
 #include "codec/encoder.h"
 #include "codec/encoder/decimation.h"
+#include "codec/geometry/reflection.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "codec/source.h"
 
@@ -27,6 +28,7 @@ struct EncodingPlan {
   std::vector<std::uint32_t> isolated;  ///< in the order in which they are coded
   Guessing guessing = Guessing::once;
   bool structured = false;
+  Reflection reflection;
   ExactnessForm form;
 
   std::vector<std::uint32_t> to_original;  ///< by decoder vertex; grows as packets are written
@@ -68,6 +70,7 @@ class PlanWriter {
 
   [[nodiscard]] Guessing wanted_guessing() const { return plan_.guessing; }
   [[nodiscard]] bool wanted_structured() const { return plan_.structured; }
+  [[nodiscard]] Reflection wanted_reflection() const { return plan_.reflection; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
   [[nodiscard]] PassKind wanted_pass_kind() const { return passes_[pass_].kind; }
   /// Whether an ear stands beyond the boundary edge that leaves this vertex; told_inserted then means that ear.

@@ -17,13 +17,14 @@ namespace pmcd::codec {
 class Mixture {
  public:
   static constexpr std::size_t kWidths = 3;
-  static constexpr std::size_t kSpikes = 3;
+  static constexpr std::size_t kSpikes = 4;
   static constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread; the fourth is not used
   using Weights = std::array<float, kWidths>;             // sum 1
   /// Of all mass: what stands on a spike's value, and what lies about it within a rounding or two.
   struct SpikeWeights {
     float exact = 0.03f;
     float near = 0.03f;
+    float rate = 0.3f;  ///< of learning; falls from use to use
   };
 
   /// About `mean` with `spread`, in cells. `weights` is learnt from and must outlive the mixture.
@@ -83,7 +84,8 @@ class Mixture {
   /// What came lies between `from` and `to`: those that expected it gain.
   void learn(double from, double to) {
     constexpr float kRate = 0.02f;
-    constexpr float kSpikeRate = 0.03f;
+    constexpr float kSpikeRate = 0.025f;
+    constexpr float kFall = 0.08f;
     const auto mass = LogisticTable::at(static_cast<float>(to - mean_) * inverse_) -  //
                       LogisticTable::at(static_cast<float>(from - mean_) * inverse_);
     std::array<float, kWidths> part{};
@@ -109,8 +111,9 @@ class Mixture {
     const float part_of_total = 1 / total;
     for (std::size_t k = 0; k < spike_count_; ++k) {
       SpikeWeights& weights = *spikes_[k].learnt;
-      weights.exact += kSpikeRate * (exact[k] * part_of_total - weights.exact);
-      weights.near += kSpikeRate * (near[k] * part_of_total - weights.near);
+      weights.exact += weights.rate * (exact[k] * part_of_total - weights.exact);
+      weights.near += weights.rate * (near[k] * part_of_total - weights.near);
+      weights.rate += (kSpikeRate - weights.rate) * kFall;
     }
   }
 

@@ -5,7 +5,9 @@
 // Gain: 0.65 to 1.1 bits a vertex (the project's codec notes, part 2).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -13,16 +15,21 @@
 
 #include "codec/geometry/coordinate_model.h"
 #include "codec/geometry/predictor.h"
+#include "codec/geometry/reflection.h"
 #include "codec/geometry/repeats.h"
+#include "codec/geometry/value_counts.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec {
 
 /// What the position coder codes by; encoder and decoder hold the same.
 struct PositionModels {
-  CoordinateModel first;    ///< positions
-  CoordinateModel further;  ///< digits of positions that are known coarsely
-  bool structured = false;  ///< the mesh repeats coordinates: look for them
+  CoordinateModel first;              ///< positions
+  CoordinateModel further;            ///< digits of positions that are known coarsely
+  std::array<ValueCounts, 3> values;  ///< by axis, if structured
+  Reflection reflection;              ///< of the mesh onto itself, if any axis flips
+  Images images;                      ///< of the vertices that are known
+  bool structured = false;            ///< the mesh repeats coordinates: look for them
 };
 
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
@@ -60,13 +67,30 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     seen[i] = (*known)[axis[i]] * width + (width - 1) / 2 - mean[i];
     noise[i] = width * width * kRounding;
   }
-  static_assert(Mixture::kSpikes == kRepeats);
+  // Repeated values are looked for unless digits are known, which say more. Where both are looked for, images stand in
+  // for corners, which say little beside them.
+  constexpr std::size_t kImages = static_cast<std::size_t>(Repeat::corner);
+  const bool reflects = known == nullptr && models.reflection.any();
+  std::size_t kinds = 0;
   std::array<Repeated, kRepeats> most_often;
-  const std::size_t kinds = models.structured && known == nullptr ? kRepeats : 0;
-  for (std::size_t kind = 0; kind < kinds; ++kind) {
-    most_often[kind] = most_frequent(surface, ring, static_cast<Repeat>(kind), shift);
+  Images::Nearby nearby;
+  if (reflects) {
+    kinds = 1;
+    LatticePoint about{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double bounded = std::min(std::max(mean[i], 0.0), static_cast<double>(most));
+      about[axis[i]] = static_cast<std::int32_t>(bounded) << (shift + 1);
+    }
+    nearby = models.images.near(about);
   }
-  std::array<std::size_t, kRepeats> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
+  if (models.structured && known == nullptr) {
+    kinds = Mixture::kSpikes;
+    for (std::size_t kind = 0; kind < kRepeats; ++kind) {
+      if (reflects && kind == kImages) continue;
+      most_often[kind] = most_frequent(surface, ring, static_cast<Repeat>(kind), shift);
+    }
+  }
+  std::array<std::size_t, Mixture::kSpikes> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 0 ? 1 : 0;
     const std::size_t k = i == 2 ? 1 : 2;
@@ -99,11 +123,20 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
-      std::array<RepeatedValue, kRepeats> repeated{};
+      std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       for (std::size_t kind = 0; kind < kinds; ++kind) {
-        const int lane = static_cast<int>(axis[i]);
-        const auto times = static_cast<std::size_t>(most_often[kind].times[lane]);
-        repeated[kind].value = most_often[kind].value[lane];
+        std::size_t times = 0;
+        if (reflects && (kinds == 1 || kind == kImages)) {
+          times = best_image(nearby, axis, i, cell, mean, tangential, shift, repeated[kind].value);
+        } else if (kind < kRepeats) {
+          const int lane = static_cast<int>(axis[i]);
+          times = static_cast<std::size_t>(most_often[kind].times[lane]);
+          repeated[kind].value = most_often[kind].value[lane];
+        } else {
+          models.values[axis[i]].begin(shift);
+          const std::size_t count = models.values[axis[i]].best_near(centre, 3 * spread + 1, repeated[kind].value);
+          times = static_cast<std::size_t>(std::bit_width(count));
+        }
         const double away = (repeated[kind].value - centre) / spread;
         const double distance = away < 0 ? -away : away;
         // Hard to foresee, so there is no branch.
@@ -113,6 +146,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
+      if (models.structured) models.values[axis[i]].learn(value);
       for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;
     }
     cell[axis[i]] = value;

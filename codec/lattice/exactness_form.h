@@ -26,6 +26,7 @@ struct ExactnessForm {
   std::optional<SteppedGrid> grid;  ///< instead of coarse: many are the fine ones nearest to its points
   struct Axis {
     bool repeats = false;  ///< values come again: the last ones of each cell are remembered
+    bool negated = false;  ///< ... and so do their negatives: the mesh is its own mirror image
     bool coarse = false;   ///< a bit tells whether a coordinate is one of `coarse`, or of `grid`
     bool strays = false;   ///< coordinates may lie some floats off
   };
