@@ -216,6 +216,7 @@ Status code_exactness(LevelState& state, Source& source) {
   const Repeats nothing(0, state.lattice);
   std::array<Repeats, 3> repeats{nothing, nothing, nothing};
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (form.axes[axis].negated && state.lattice.unit) return corrupt;
     if (form.axes[axis].repeats) repeats[axis] = Repeats(count, state.lattice);
   }
   state.exact.reserve(count);

@@ -29,13 +29,14 @@ struct LevelBounds {
 template <typename Source>
 class InsertingDriver {
  public:
-  InsertingDriver(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source)
+  InsertingDriver(LevelState& state, Marks& marks, PassKind kind, std::uint32_t previous, const LevelBounds& bounds,
+                  Source& source)
       : state_(state),
         marks_(marks),
         kind_(kind),
         bounds_(bounds),
         source_(source),
-        surroundings_(state.mesh, state.points, kind, state.models.symbol.begin_pass(state.mesh.vertex_count())) {}
+        surroundings_(state.mesh, state.points, kind, previous) {}
 
   void foresee(std::uint32_t gate, unsigned distance) const { surroundings_.foresee(state_.mesh, gate, distance); }
   void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
@@ -109,8 +110,9 @@ bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
 template <typename Source>
 Status code_connectivity(LevelState& state, Marks& marks, PassKind kind, const LevelBounds& bounds, Source& source) {
   const std::uint32_t before = state.mesh.vertex_count();
+  const std::uint32_t previous = state.models.symbol.begin_pass(before);
   auto walk = [&] {
-    InsertingDriver<Source> driver(state, marks, kind, bounds, source);
+    InsertingDriver<Source> driver(state, marks, kind, previous, bounds, source);
     return conquer(state.mesh, state.seeds, kind, marks, driver);
   };
   if (kind == PassKind::ears ? !insert_ears(state, bounds, source) : !walk()) {

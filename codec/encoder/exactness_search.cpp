@@ -346,8 +346,8 @@ void look_at_all(const TriangleMesh& mesh, const Lattice& lattice, ExactnessForm
     }
     const double saved = plain.saved();
     const double saved_negated = negated.saved();
-    form.axes[axis].negated = saved_negated > saved + 64;
-    form.axes[axis].repeats = std::max(saved, saved_negated) > 64;
+    form.axes[axis].negated = !lattice.unit && saved_negated > saved + 64;
+    form.axes[axis].repeats = (form.axes[axis].negated ? saved_negated : saved) > 64;
   }
 }
 

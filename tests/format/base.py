@@ -12,6 +12,13 @@ class Outlook:
     """What the geometry says of what lies beyond a gate."""
 
 
+def read_reflection(reader):
+    """By axis the sum of a coordinate and its image, half steps, None where it does not flip; None without a reflection."""
+    if not reader.raw(1):
+        return None
+    return [2 * reader.raw(25) if reader.raw(1) else None for _ in range(3)]
+
+
 class BaseMesh:
     def __init__(self, reader, base, header):
         self.reader = reader
@@ -20,6 +27,7 @@ class BaseMesh:
         if self.shift >= base.bits:
             raise Damaged("shift")
         self.structured = reader.raw(1)
+        self.reflection = read_reflection(reader)
         self.most = base.most >> self.shift
         self.cells = []
         self.faces = []

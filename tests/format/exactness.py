@@ -182,7 +182,13 @@ def read_exactness(reader, base, points):
     fine = Decimals(reader) if reader.raw(1) else None
     coarse = Decimals(reader) if reader.raw(1) else None
     grid = Grid(reader) if coarse is None and reader.raw(1) else None
-    forms = [[reader.raw(1) for _ in range(3)] for _ in range(3)]
+    forms, negated = [], []
+    for _ in range(3):
+        repeats = reader.raw(1)
+        negated.append(reader.raw(1) if repeats else 0)
+        forms.append([repeats, reader.raw(1), reader.raw(1)])
+    if base.unit and any(negated):
+        raise Damaged("negated multiples")
     if coarse is None and grid is None and any(form[1] for form in forms):
         raise Damaged("coarse numbers of nothing")
     most_slots = min(max(len(points), 1), base.most)
@@ -219,6 +225,22 @@ def read_exactness(reader, base, points):
             raise Damaged("a stray that is not finite")
         return scalar.value(order)
 
+    def index_of(axis, x):
+        if not base.step:
+            return 0
+        index = (x - base.origin[axis]) / base.step + 0.5
+        return int(min(index, float(base.most))) if index > 0 else 0
+
+    def learn(axis, index, value):
+        entry = tables[axis].get(index % slots)
+        known = entry is not None and entry[0] == index
+        if known and struct.pack("<d", entry[1]) == struct.pack("<d", value):
+            entry[2] = min(entry[2] + 1, 7)
+        elif known and entry[2] > 0:
+            entry[2] -= 1
+        else:
+            tables[axis][index % slots] = [index, value, 0]
+
     result = []
     for point in points:
         came_again = 0
@@ -235,12 +257,9 @@ def read_exactness(reader, base, points):
                 came_again += 1
             else:
                 value = read_coordinate(axis, index, point)
-            if known and struct.pack("<d", entry[1]) == struct.pack("<d", value):
-                entry[2] = min(entry[2] + 1, 7)
-            elif known and entry[2] > 0:
-                entry[2] -= 1
-            else:
-                tables[axis][index % slots] = [index, value, 0]
+            learn(axis, index, value)
+            if negated[axis]:
+                learn(axis, index_of(axis, -value), -value)
             coordinates.append(value)
         if not all(map(math.isfinite, coordinates)):
             raise Damaged("a coordinate that is not finite")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Positions of refinement packets, written from docs/FORMAT.md alone."""
 import math
-from mesh import Ring, i32
+from mesh import BITS32, Ring, i32
 from single import Fit, add, constant, cross, dot, exp2, f, length, log2, logistic, sub, times
 from stream import Bit, Damaged, Unsigned
 
@@ -234,13 +234,14 @@ class Mixture:
         share = f(1 / total)
         for (_, weights, _, _), gain in zip(self.spikes, gains):
             for i in range(2):
-                weights[i] = f(weights[i] + f(constant(0.03) * f(f(gain[i] * share) - weights[i])))
+                weights[i] = f(weights[i] + f(weights[2] * f(f(gain[i] * share) - weights[i])))
+            weights[2] = f(weights[2] + f(f(constant(0.025) - weights[2]) * constant(0.08)))
 
 
 class Coordinates:
     def __init__(self):
         self.weights = [[[constant(0.3), 0.5, constant(0.2)] for _ in range(20)] for _ in range(3)]
-        self.spikes = [[[constant(0.03)] * 2 for _ in range(96)] for _ in range(3)]
+        self.spikes = [[[constant(0.03), constant(0.03), constant(0.3)] for _ in range(96)] for _ in range(4)]
         self.beyond = Unsigned()
 
     def mixture(self, centre, spread, order, spikes):
@@ -293,9 +294,108 @@ class Coordinates:
         return (known << digits) + s
 
 
+class ValueCounts:
+    SLOTS = 1 << 14
+
+    def __init__(self):
+        self.shift = None
+
+    def begin(self, shift):
+        if self.shift != shift:
+            self.shift = shift
+            self.counts = [0] * self.SLOTS
+
+    def learn(self, value):
+        slot = value % self.SLOTS
+        self.counts[slot] = min(self.counts[slot] + 1, 255)
+
+    def best_near(self, centre, reach):
+        """The value and its count."""
+        radius, middle = int(min(reach, 64.0)), int(centre + 0.5)
+        inverse = f(1 / f(reach))
+        best, value, times = 0.0, middle, 0
+        for v in range(max(middle - radius, 0), middle + radius + 1):
+            count = self.counts[v % self.SLOTS]
+            if not count:
+                continue
+            away = f(f(v - centre) * inverse)
+            score = f(f(count) / f(constant(0.1) + f(away * away)))
+            if score > best:
+                best, value, times = score, v, count
+        return value, times
+
+
+class Images:
+    def __init__(self, reflection):
+        self.reflection = reflection
+
+    def begin(self, vertices, most):
+        vertices = max(vertices, 1)
+        self.bucket = 1
+        while 4 ** (self.bucket + 1) * vertices < most * most:
+            self.bucket += 1
+        self.slots = 16
+        while self.slots < vertices:
+            self.slots *= 2
+        self.chains = {}
+
+    def slot(self, bucket):
+        h = 0
+        for x, k in zip(bucket, (73856093, 19349663, 83492791)):
+            h ^= x * k & BITS32
+        return (h ^ h >> 15) & (self.slots - 1)
+
+    def bucket_of(self, point):
+        return tuple(x >> self.bucket for x in point)
+
+    def add(self, point):
+        if self.reflection is not None:
+            image = tuple(x if s is None else s - x for x, s in zip(point, self.reflection))
+            self.chains.setdefault(self.slot(self.bucket_of(image)), []).append(image)
+
+    def near(self, point):
+        found, steps = [], 0
+        here = self.bucket_of(point)
+        for at in range(27):
+            bucket = (here[0] + at % 3 - 1, here[1] + at // 3 % 3 - 1, here[2] + at // 9 - 1)
+            for image in reversed(self.chains.get(self.slot(bucket), [])):
+                steps += 1
+                if steps > 256:
+                    return found
+                if self.bucket_of(image) != bucket:
+                    continue
+                if len(found) == 32:
+                    return found
+                found.append(image)
+        return found
+
+
+def best_image(nearby, axes, i, cell, mean, spread, shift):
+    """The value and how many images fit about as well."""
+    inverse = 1 / (spread * spread + 0.5)
+    best, fitting, value = 40.0, 0, 0
+    for image in nearby:
+        away = 0.0
+        for j, axis in enumerate(axes):
+            at = image[axis] >> (shift + 1)
+            if j < i:
+                off = float(at - cell[axis])
+                away += off * off * 3
+            else:
+                off = at - mean[j]
+                away += off * off * inverse
+        if away < best + 3:
+            fitting = 1 if away < best - 3 else fitting + 1
+        if away < best:
+            best, value = away, image[axes[i]] >> (shift + 1)
+    return value, fitting
+
+
 class Positions:
-    def __init__(self, structured):
+    def __init__(self, structured, reflection):
         self.structured = structured
+        self.images = Images(reflection)
+        self.values = [ValueCounts() for _ in range(3)]
         self.first = Coordinates()
         self.further = Coordinates()
 
@@ -348,7 +448,13 @@ class Positions:
                 seen[i] = known[axis] * width + (width - 1) / 2 - mean[i]
                 noise[i] = width * width * (1.0 / 12)
         cell = [0] * 3
-        outcome = [0] * 3
+        outcome = [0] * 4
+        reflects = self.images.reflection is not None and not known
+        if reflects:
+            about = [0] * 3
+            for axis, m in zip(axes, mean):
+                about[axis] = int(min(max(m, 0.0), float(most))) << (e.shift + 1)
+            nearby = self.images.near(about)
         for i in range(3):
             j, k = [x for x in range(3) if x != i]
             centre, variance = mean[i], t + covariance(i, i)
@@ -375,14 +481,24 @@ class Positions:
                 value = self.further.read_digits(reader, mixture, known[axis], digits)
             else:
                 spikes = []
-                for kind in range(3 if self.structured else 0):
-                    at, count = self.repeated(mesh, e.ring, axis, kind, e.shift)
+                kinds = 4 if self.structured else 1 if reflects else 0
+                for kind in range(kinds):
+                    if reflects and (kinds == 1 or kind == 1):
+                        at, count = best_image(nearby, axes, i, cell, mean, e.spread[0], e.shift)
+                    elif kind < 3:
+                        at, count = self.repeated(mesh, e.ring, axis, kind, e.shift)
+                    else:
+                        self.values[axis].begin(e.shift)
+                        at, count = self.values[axis].best_near(centre, 3 * spread + 1)
+                        count = count.bit_length()
                     distance = abs((at - centre) / spread)
                     far = sum(not distance < bound for bound in (0.3, 1, 2.5))
                     spikes.append((at, (min(count, 7) * 3 + outcome[kind]) * 4 + far))
                 mixture = self.first.mixture(centre, f(spread), i, spikes)
                 value = self.first.read(reader, mixture, most)
-                outcome = [1 if at == value else 2 for at, _ in spikes] + [0] * (3 - len(spikes))
+                outcome = [1 if at == value else 2 for at, _ in spikes] + [0] * (4 - len(spikes))
+                if self.structured:
+                    self.values[axis].learn(value)
             cell[axis] = value
             seen[i] = value - mean[i]
             noise[i] = 1.0 / 12

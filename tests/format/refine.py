@@ -15,14 +15,14 @@ def middle(cell, shift):
 class State:
     """All that lives from packet to packet."""
 
-    def __init__(self, base, mesh, shift, seeds, structured):
+    def __init__(self, base, mesh, shift, seeds, structured, reflection):
         self.base = base
         self.mesh = mesh
         self.shift = shift
         self.seeds = seeds
         self.symbols = {DECIMATING: SymbolModel(), CLEANING: SymbolModel()}
         self.ear = Bit()
-        self.positions = Positions(structured)
+        self.positions = Positions(structured, reflection)
         self.predictor = Predictor()
         self.isolated = [Signed() for _ in range(3)]
         self.before_last_pass = 0
@@ -136,6 +136,10 @@ def read_refinement(state, reader, header):
             guess(mesh, first, most_point)
     most = state.base.most >> state.shift
     first = count_before
+    images = state.positions.images
+    images.begin(len(mesh.points), most_point)
+    for point in mesh.points[:count_before]:
+        images.add(point)
     for number, end in enumerate(ends):
         if often or number == 0:
             guess(mesh, first, most_point)
@@ -143,6 +147,7 @@ def read_refinement(state, reader, header):
             e = Expectation(state.predictor, mesh, v, state.shift, min(passes - 1 - number, 3))
             cell = state.positions.read(reader, mesh, e, most)
             state.predictor.settle(mesh, v, e, middle(cell, state.shift))
+            images.add(mesh.points[v])
         first = end
     if state.shift == shift_before:
         return
