@@ -22,19 +22,19 @@ std::string joined(const std::vector<std::string>& names) {
   return out;
 }
 
-std::string counted(std::uint64_t n, const char* one, const char* many) {
+std::string how_many(std::uint64_t n, const char* one, const char* many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
 std::string in_words(const Defect& defect) {
   switch (defect.code) {
     case ImportErrorCode::duplicate_face:
-      return counted(defect.count, "duplicate face", "duplicate faces");
+      return how_many(defect.count, "duplicate face", "duplicate faces");
     case ImportErrorCode::non_manifold_edge:
-      return counted(defect.count, "edge with more than two faces", "edges with more than two faces");
+      return how_many(defect.count, "edge with more than two faces", "edges with more than two faces");
     default:
-      return counted(defect.count, "vertex whose faces form more than one fan",
-                     "vertices whose faces form more than one fan");
+      return how_many(defect.count, "vertex whose faces form more than one fan",
+                      "vertices whose faces form more than one fan");
   }
 }
 
@@ -144,7 +144,7 @@ class Preparation {
     }
     if (count == 0) return {};
     ImportError error = at_polygon(ImportErrorCode::repeated_index_in_face, first,
-                                   counted(count, "face names", "faces name") + " the same vertex twice, first " +
+                                   how_many(count, "face names", "faces name") + " the same vertex twice, first " +
                                        face_name(first) + "; remove such faces");
     error.count = count;
     return error;
