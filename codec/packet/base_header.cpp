@@ -103,7 +103,8 @@ Result<BaseHeader> parse_base_header(std::span<const std::byte> payload) {
   if (!lattice.valid() || (lattice.exact && !header.lossless)) return senseless;
   std::vector<std::byte> shortest;
   append_base_header(shortest, lattice, header.lossless);
-  if (!std::ranges::equal(shortest, payload.first(header.size))) {
+  if (!std::equal(shortest.begin(), shortest.end(), payload.begin(),
+                  payload.begin() + static_cast<std::ptrdiff_t>(header.size))) {
     return Error{ErrorCode::corrupt_data, 1, "the base packet's lattice is not in its shortest form"};
   }
   return header;
@@ -111,7 +112,7 @@ Result<BaseHeader> parse_base_header(std::span<const std::byte> payload) {
 
 void append_base_header(std::vector<std::byte>& payload, const Lattice& lattice, bool lossless) {
   ByteWriter writer(payload);
-  const bool wide = !lattice.unit && !std::ranges::all_of(lattice.min, is_float32);
+  const bool wide = !lattice.unit && !std::all_of(lattice.min.begin(), lattice.min.end(), is_float32);
   const Upper upper = lattice.unit ? Upper() : upper_bound_of(lattice);
   writer.write(static_cast<std::uint8_t>(lattice.bits));
   writer.write(static_cast<std::uint8_t>((lossless ? kLosslessFlag : 0) |

@@ -20,6 +20,7 @@
 #include "tests/codec/clouds.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
+#include "tests/sanitized.h"
 
 namespace pmcd::codec::testing {
 namespace {
@@ -191,7 +192,7 @@ double printed(double value, int digits) {
 
 TEST(Exactness, DecimalsOfLimitedDigitsComeBack) {
   for (Scalar scalar : {Scalar::float32, Scalar::float64}) {
-    for (int digits = 1; digits <= 17; ++digits) {
+    for (int digits = 1; digits <= 17; digits += test::kSanitized ? 4 : 1) {
       for (double scale : {1e-6, 0.3, 1.0, 170.0, 1e9}) {
         const TriangleMesh mesh =
             made_of([&](double x, Random& random) { return printed((x + random.unit() * 0.01) * scale, digits); },
@@ -371,7 +372,7 @@ TEST(Exactness, EveryKindOfNumberComesBack) {
 
 TEST(Exactness, RandomDecimalsComeBack) {
   Random choice(10);
-  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+  for (std::uint64_t seed = 0; seed < test::rounds(150); ++seed) {
     const int digits = 1 + static_cast<int>(choice.below(12));
     const double scale = std::pow(10.0, static_cast<double>(choice.below(24)) - 12);
     const double shift = choice.one_in(3) ? scale * choice.unit() * 10 : 0;

@@ -369,20 +369,30 @@ void sprinkle_zeros(TriangleMesh& mesh, Random& random) {
   }
 }
 
+// One draw a statement: compilers differ in the order in which they evaluate a call's arguments.
 TriangleMesh any_mesh(std::uint64_t seed) {
   Random random(seed);
   auto shape = [&]() -> TriangleMesh {
     switch (random.below(12)) {
       case 0:
         return sphere(1 + random.below(3));
-      case 1:
-        return uv_sphere(2 + random.below(12), 3 + random.below(20));
-      case 2:
-        return torus(3 + random.below(14), 3 + random.below(14));
-      case 3:
-        return holed_plate(1 + random.below(3), 1 + random.below(3));
-      case 4:
-        return grid(3 + random.below(15), 3 + random.below(15), random.below(8));
+      case 1: {
+        const std::uint32_t sides = 3 + random.below(20);
+        return uv_sphere(2 + random.below(12), sides);
+      }
+      case 2: {
+        const std::uint32_t sides = 3 + random.below(14);
+        return torus(3 + random.below(14), sides);
+      }
+      case 3: {
+        const std::uint32_t cells = 1 + random.below(3);
+        return holed_plate(1 + random.below(3), cells);
+      }
+      case 4: {
+        const std::uint32_t holes = random.below(8);
+        const std::uint32_t rows = 3 + random.below(15);
+        return grid(3 + random.below(15), rows, holes);
+      }
       case 5:
         return bipyramid(3 + random.below(60));
       case 6:
@@ -393,15 +403,18 @@ TriangleMesh any_mesh(std::uint64_t seed) {
         return single_triangle();
       case 9:
         return tetrahedron();
-      case 10:
-        return grid(1 + random.below(3), 1 + random.below(3), 0);
+      case 10: {
+        const std::uint32_t rows = 1 + random.below(3);
+        return grid(1 + random.below(3), rows, 0);
+      }
       default:
         return octahedron();
     }
   };
   TriangleMesh mesh = shape();
   while (random.one_in(3) && mesh.positions.size() < 500) {
-    TriangleMesh other = scaled(shape(), random.one_in(4) ? 1e-3 : 1 + random.unit());
+    const double factor = random.one_in(4) ? 1e-3 : 1 + random.unit();
+    TriangleMesh other = scaled(shape(), factor);
     for (Position& p : other.positions)
       p[random.below(3)] = static_cast<double>(static_cast<float>(p[0] + random.unit()));
     mesh = joined(mesh, other);

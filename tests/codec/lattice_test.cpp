@@ -16,7 +16,7 @@
 namespace pmcd::codec::testing {
 namespace {
 
-constexpr float kDenormal = std::numeric_limits<float>::denorm_min();
+constexpr float kFloatDenormal = std::numeric_limits<float>::denorm_min();
 
 TEST(LatticeTest, StepIsTheLargestExtentByTheNumberOfSteps) {
   const Lattice lattice = over(cloud({{-1, 2, 3}, {4, 2.5, 3}}), 8);
@@ -86,10 +86,10 @@ TEST(LatticeTest, OnePointHasNoExtent) {
 }
 
 TEST(LatticeTest, DenormalExtentKeepsAStep) {
-  const Lattice f = over(cloud({{0, 0, 0}, {kDenormal, 0, 0}}), 24);
+  const Lattice f = over(cloud({{0, 0, 0}, {kFloatDenormal, 0, 0}}), 24);
   EXPECT_GT(f.step, 0);
   EXPECT_TRUE(f.valid());
-  EXPECT_EQ(f.position(f.snap(Position{kDenormal, 0, 0}))[0], kDenormal);
+  EXPECT_EQ(f.position(f.snap(Position{kFloatDenormal, 0, 0}))[0], kFloatDenormal);
   const double tiny = std::numeric_limits<double>::denorm_min();
   const Lattice d = over(cloud({{0, 0, 0}, {tiny, 0, 0}}, Scalar::float64), 24);
   EXPECT_EQ(d.step, tiny);
@@ -165,8 +165,8 @@ TEST(OrderedFloat, NegativeZeroLiesJustBelowPositiveZero) {
     EXPECT_FALSE(std::signbit(from_ordered(0, scalar)));
     EXPECT_EQ(from_ordered(0, scalar), 0.0);
   }
-  EXPECT_EQ(to_ordered(kDenormal, Scalar::float32), 1);
-  EXPECT_EQ(to_ordered(-kDenormal, Scalar::float32), -2);
+  EXPECT_EQ(to_ordered(kFloatDenormal, Scalar::float32), 1);
+  EXPECT_EQ(to_ordered(-kFloatDenormal, Scalar::float32), -2);
   EXPECT_EQ(to_ordered(-std::numeric_limits<double>::denorm_min(), Scalar::float64), -2);
   EXPECT_EQ(to_ordered(1.0, Scalar::float64), std::bit_cast<std::int64_t>(1.0));
 }

@@ -15,7 +15,7 @@ float power_of_two(int exponent) {
   return std::ldexp(1.0f, exponent);
 }
 
-float real(double value) {
+float rounded(double value) {
   return static_cast<float>(value);
 }
 
@@ -28,7 +28,7 @@ TEST(MixtureTest, NeverFallsAndEndsAtTheWhole) {
   for (int run = 0; run < 60; ++run) {
     Mixture::Weights weights{0.3f, 0.5f, 0.2f};
     std::array<Mixture::SpikeWeights, Mixture::kSpikes> spike_weights;
-    for (Mixture::SpikeWeights& spike : spike_weights) spike = {real(random.unit()), real(random.unit())};
+    for (Mixture::SpikeWeights& spike : spike_weights) spike = {rounded(random.unit()), rounded(random.unit())};
     const double mean = random.unit() * 1000;
     const float spread = power_of_two(static_cast<int>(random.below(14)) - 4);
     Mixture mixture(mean, spread, weights);

@@ -8,6 +8,7 @@
 #include "codec/packet/header.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
+#include "tests/sanitized.h"
 
 namespace pmcd::codec::testing {
 namespace {
@@ -46,7 +47,7 @@ TEST(Properties, AnyMeshAnyOptions) {
 }
 
 TEST(Properties, FixedSeeds) {
-  for (std::uint64_t seed = 0; seed < 700; seed += kEverySample) {
+  for (std::uint64_t seed = 0; seed < test::rounds(700); ++seed) {
     ASSERT_EQ(check(any_mesh(seed), any_options(seed)), "") << "seed " << seed;
   }
 }
@@ -61,6 +62,7 @@ TEST(Properties, ZooWithEveryKindOfOption) {
       options.effort = Effort::standard;
       EXPECT_EQ(check(mesh, options), "") << name << ", lossless";
       for (unsigned bits : {4u, 7u, 12u, 16u, 24u}) {
+        if (test::kSanitized && bits != 12) continue;  // the others go the same ways
         options.bits = bits;
         EXPECT_EQ(check(mesh, options), "") << name << ", " << bits << " bits";
       }

@@ -16,13 +16,6 @@
 
 namespace pmcd::codec::testing {
 
-/// Of many samples alike, every so manieth is taken: sanitizers make each slow.
-#ifdef PMCD_SANITIZED
-inline constexpr unsigned kEverySample = 4;
-#else
-inline constexpr unsigned kEverySample = 1;
-#endif
-
 /// Everything that HalfEdgeMesh promises: corners, symmetric opposites, the outgoing rule, face valences, one fan a
 /// vertex. Free slots are skipped.
 std::string complaint(const HalfEdgeMesh& mesh);

@@ -15,20 +15,9 @@
 #include <sstream>
 #include <string>
 
-namespace pmcd::test {
+#include "tests/sanitized.h"
 
-// The sanitizers take memory, time and descriptors of their own: figures that bound the daemon's do not hold with them.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
-#else
-inline constexpr bool kSanitized = false;
-#endif
+namespace pmcd::test {
 
 /// Memory of a process that is in RAM, in KiB; 0 if there is no such process.
 inline std::size_t resident_kib(pid_t process) {

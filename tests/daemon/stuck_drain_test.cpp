@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 /// What a loaded machine may add to a time.
-constexpr milliseconds kSlack{2'500};
+constexpr milliseconds kDrainSlack{2'500};
 
 net::Limits short_end() {
   net::Limits limits;
@@ -39,7 +39,7 @@ class StuckDrainTest : public testing::Test {
     EXPECT_TRUE(server_.drain());
     const auto took = std::chrono::duration_cast<milliseconds>(Clock::now() - start);
     RecordProperty("took_ms", static_cast<int>(took.count()));
-    EXPECT_LT(took, limits_.drain + limits_.linger + kSlack);
+    EXPECT_LT(took, limits_.drain + limits_.linger + kDrainSlack);
   }
   RawSession session(int receive_buffer = 4096, int request_buffer = 4096) {
     return RawSession::open(server_.request_port(), receive_buffer, request_buffer);

@@ -109,7 +109,7 @@ void mesh_page(ByteView bytes) {
   check(same(proto::encode_mesh_page(*page), bytes), "a page has two forms");
 }
 
-void text(ByteView bytes) {
+void any_text(ByteView bytes) {
   const std::string_view raw(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::string cleaned = proto::printable(raw, proto::kMaxErrorTextBytes);
   check(cleaned.size() <= proto::kMaxErrorTextBytes && proto::is_printable_utf8(cleaned), "printable() is not");
@@ -161,7 +161,7 @@ void messages(Input input) {
   const Input rest = script.rest();
   const Bytes body(rest.begin(), rest.end());
   if (type == kMeshPage) return mesh_page(body);
-  if (type == kText) return text(body);
+  if (type == kText) return any_text(body);
   if (type == kCode) return code(body);
   switch (static_cast<FrameType>(type)) {
     case FrameType::hello:

@@ -65,15 +65,15 @@ TEST(Obj, LeavesOutByName) {
   EXPECT_EQ(mesh->report.isolated_vertices, 2u);
 }
 
-struct Broken {
+struct BrokenObj {
   const char* name;
   std::string tail;  ///< behind kFour
   ImportErrorCode code;
   std::uint64_t line;
-  friend std::ostream& operator<<(std::ostream& out, const Broken& broken) { return out << broken.name; }
+  friend std::ostream& operator<<(std::ostream& out, const BrokenObj& broken) { return out << broken.name; }
 };
 
-class ObjBroken : public ::testing::TestWithParam<Broken> {};
+class ObjBroken : public ::testing::TestWithParam<BrokenObj> {};
 
 TEST_P(ObjBroken, IsRefusedByNameAndLine) {
   const auto mesh = read_text(std::string(kFour) + GetParam().tail, "obj");
@@ -83,23 +83,23 @@ TEST_P(ObjBroken, IsRefusedByNameAndLine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Obj, ObjBroken,
-                         ::testing::Values(Broken{"Zero", "f 1 2 0\n", index_out_of_range, 5},
-                                           Broken{"TooLarge", "\nf 1 2 5\n", index_out_of_range, 6},
-                                           Broken{"TooFarBack", "f 1 2 -5\n", index_out_of_range, 5},
-                                           Broken{"Beyond64Bits", "f 1 2 99999999999999999999\n", malformed, 5},
-                                           Broken{"Beyond32Bits", "f 1 2 4294967297\n", index_out_of_range, 5},
-                                           Broken{"Corner", "f 1 2 3/a\n", malformed, 5},
-                                           Broken{"CornerText", "f 1 2 x\n", malformed, 5},
-                                           Broken{"TwoCorners", "f 1 2\n", too_few_corners, 5},
-                                           Broken{"TwoCoordinates", "v 1 2\n", malformed, 5},
-                                           Broken{"Coordinate", "v 1 2 3..4\n", malformed, 5},
-                                           Broken{"Nan", "v 1 2 NaN\n", non_finite_coordinate, 5},
-                                           Broken{"Overflow", "v 1 2 -4e38\n", coordinate_out_of_range, 5},
-                                           Broken{"Garbage", "\x01\x02\x03 1 2\n", malformed, 5},
-                                           Broken{"Number", "1 2 3\n", malformed, 5},
-                                           Broken{"Repeated", "f 1 2 1\n", repeated_index_in_face, 5},
-                                           Broken{"RepeatedInPolygon", "f 1 2 3 4 2\n", repeated_index_in_face, 5},
-                                           Broken{"Duplicate", "f 1 2 3\nf 3 2 1\n", duplicate_face, 6}),
+                         ::testing::Values(BrokenObj{"Zero", "f 1 2 0\n", index_out_of_range, 5},
+                                           BrokenObj{"TooLarge", "\nf 1 2 5\n", index_out_of_range, 6},
+                                           BrokenObj{"TooFarBack", "f 1 2 -5\n", index_out_of_range, 5},
+                                           BrokenObj{"Beyond64Bits", "f 1 2 99999999999999999999\n", malformed, 5},
+                                           BrokenObj{"Beyond32Bits", "f 1 2 4294967297\n", index_out_of_range, 5},
+                                           BrokenObj{"Corner", "f 1 2 3/a\n", malformed, 5},
+                                           BrokenObj{"CornerText", "f 1 2 x\n", malformed, 5},
+                                           BrokenObj{"TwoCorners", "f 1 2\n", too_few_corners, 5},
+                                           BrokenObj{"TwoCoordinates", "v 1 2\n", malformed, 5},
+                                           BrokenObj{"Coordinate", "v 1 2 3..4\n", malformed, 5},
+                                           BrokenObj{"Nan", "v 1 2 NaN\n", non_finite_coordinate, 5},
+                                           BrokenObj{"Overflow", "v 1 2 -4e38\n", coordinate_out_of_range, 5},
+                                           BrokenObj{"Garbage", "\x01\x02\x03 1 2\n", malformed, 5},
+                                           BrokenObj{"Number", "1 2 3\n", malformed, 5},
+                                           BrokenObj{"Repeated", "f 1 2 1\n", repeated_index_in_face, 5},
+                                           BrokenObj{"RepeatedInPolygon", "f 1 2 3 4 2\n", repeated_index_in_face, 5},
+                                           BrokenObj{"Duplicate", "f 1 2 3\nf 3 2 1\n", duplicate_face, 6}),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST(Obj, OtherFilesAreNoObj) {

@@ -32,15 +32,15 @@ TEST(Off, PrefixesAreLeftOut) {
   EXPECT_TRUE(read_text("NOFF\n1 0 0\n0 0 0 0 0 1\n", "off").ok());
 }
 
-struct Broken {
+struct BrokenOff {
   const char* name;
   std::string text;
   ImportErrorCode code;
   std::uint64_t line;
-  friend std::ostream& operator<<(std::ostream& out, const Broken& broken) { return out << broken.name; }
+  friend std::ostream& operator<<(std::ostream& out, const BrokenOff& broken) { return out << broken.name; }
 };
 
-class OffBroken : public ::testing::TestWithParam<Broken> {};
+class OffBroken : public ::testing::TestWithParam<BrokenOff> {};
 
 TEST_P(OffBroken, IsRefusedByNameAndLine) {
   const auto mesh = read_text(GetParam().text, "off");
@@ -51,23 +51,23 @@ TEST_P(OffBroken, IsRefusedByNameAndLine) {
 
 INSTANTIATE_TEST_SUITE_P(
     Off, OffBroken,
-    ::testing::Values(Broken{"FourDimensions", "4OFF\n1 0 0\n0 0 0 1\n", unsupported_variant, 1},
-                      Broken{"AnyDimensions", "nOFF\n5\n1 0 0\n0 0 0 1 1\n", unsupported_variant, 1},
-                      Broken{"Binary", "OFF BINARY\n\x01\x02", unsupported_variant, 1},
-                      Broken{"NoKeyword", "3 1 0\n0 0 0\n", wrong_format, 1},
-                      Broken{"Comment", "# nothing\n", wrong_format, 2}, Broken{"NoCounts", "OFF\n", truncated, 2},
-                      Broken{"Counts", "OFF\nthree 1 0\n", malformed, 2},
-                      Broken{"NegativeCount", "OFF\n-3 1 0\n", malformed, 2},
-                      Broken{"HugeVertexCount", "OFF\n2147483648 0 0\n0 0 0\n", truncated, 4},
-                      Broken{"HugeFaceCount", "OFF\n3 2147483648 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", truncated, 7},
-                      Broken{"HugeCorners", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2147483648 0 1 2\n", malformed, 6},
-                      Broken{"Index", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", index_out_of_range, 6},
-                      Broken{"NegativeIndex", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", index_out_of_range, 6},
-                      Broken{"TwoCorners", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", too_few_corners, 6},
-                      Broken{"Nan", "OFF\n1 0 0\n0 nan 0\n", non_finite_coordinate, 3},
-                      Broken{"Infinity", "OFF\n1 0 0\n0 infinity 0\n", non_finite_coordinate, 3},
-                      Broken{"ShortVertex", "OFF\n1 0 0\n0 0\n", malformed, 3},
-                      Broken{"TrailingFace", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0\n", trailing_data, 7}),
+    ::testing::Values(
+        BrokenOff{"FourDimensions", "4OFF\n1 0 0\n0 0 0 1\n", unsupported_variant, 1},
+        BrokenOff{"AnyDimensions", "nOFF\n5\n1 0 0\n0 0 0 1 1\n", unsupported_variant, 1},
+        BrokenOff{"Binary", "OFF BINARY\n\x01\x02", unsupported_variant, 1},
+        BrokenOff{"NoKeyword", "3 1 0\n0 0 0\n", wrong_format, 1}, BrokenOff{"Comment", "# nothing\n", wrong_format, 2},
+        BrokenOff{"NoCounts", "OFF\n", truncated, 2}, BrokenOff{"Counts", "OFF\nthree 1 0\n", malformed, 2},
+        BrokenOff{"NegativeCount", "OFF\n-3 1 0\n", malformed, 2},
+        BrokenOff{"HugeVertexCount", "OFF\n2147483648 0 0\n0 0 0\n", truncated, 4},
+        BrokenOff{"HugeFaceCount", "OFF\n3 2147483648 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", truncated, 7},
+        BrokenOff{"HugeCorners", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2147483648 0 1 2\n", malformed, 6},
+        BrokenOff{"Index", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", index_out_of_range, 6},
+        BrokenOff{"NegativeIndex", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", index_out_of_range, 6},
+        BrokenOff{"TwoCorners", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", too_few_corners, 6},
+        BrokenOff{"Nan", "OFF\n1 0 0\n0 nan 0\n", non_finite_coordinate, 3},
+        BrokenOff{"Infinity", "OFF\n1 0 0\n0 infinity 0\n", non_finite_coordinate, 3},
+        BrokenOff{"ShortVertex", "OFF\n1 0 0\n0 0\n", malformed, 3},
+        BrokenOff{"TrailingFace", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 2 1 0\n", trailing_data, 7}),
     [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

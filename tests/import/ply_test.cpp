@@ -141,19 +141,19 @@ TEST(Ply, EmptyMeshIsAMesh) {
   EXPECT_TRUE(mesh->mesh.positions.empty());
 }
 
-struct Broken {
+struct BrokenPly {
   const char* name;
   std::string from;  ///< replaced in kAscii ...
   std::string to;    ///< ... by this
   ImportErrorCode code;
   std::uint64_t line;
-  friend std::ostream& operator<<(std::ostream& out, const Broken& broken) { return out << broken.name; }
+  friend std::ostream& operator<<(std::ostream& out, const BrokenPly& broken) { return out << broken.name; }
 };
 
-class PlyBroken : public ::testing::TestWithParam<Broken> {};
+class PlyBroken : public ::testing::TestWithParam<BrokenPly> {};
 
 TEST_P(PlyBroken, IsRefusedByNameAndLine) {
-  const Broken& broken = GetParam();
+  const BrokenPly& broken = GetParam();
   const std::size_t at = kAscii.find(broken.from);
   ASSERT_NE(at, std::string_view::npos);
   const auto mesh = read_text(std::string(kAscii).replace(at, broken.from.size(), broken.to), "ply");
@@ -166,35 +166,35 @@ TEST_P(PlyBroken, IsRefusedByNameAndLine) {
 using enum ImportErrorCode;
 
 INSTANTIATE_TEST_SUITE_P(Ply, PlyBroken,
-                         ::testing::Values(Broken{"Magic", "ply\n", "plyx\n", wrong_format, 1},
-                                           Broken{"Format", "ascii", "ebcdic", unsupported_variant, 2},
-                                           Broken{"Version", "1.0", "2.0", unsupported_variant, 2},
-                                           Broken{"NoFormat", "format ascii 1.0\n", "", malformed, 9},
-                                           Broken{"Keyword", "comment", "komment", malformed, 3},
-                                           Broken{"Count", "vertex 4", "vertex four", malformed, 4},
-                                           Broken{"NegativeCount", "vertex 4", "vertex -4", malformed, 4},
-                                           Broken{"Type", "property float y", "property quad y", malformed, 6},
-                                           Broken{"NoX", "property float x", "property float w", malformed, 10},
-                                           Broken{"XTwice", "property float y", "property float x", malformed, 10},
-                                           Broken{"NoCornerList", "vertex_indices", "corners", malformed, 10},
-                                           Broken{"NoEndHeader", "end_header", "end_headr", malformed, 10},
-                                           Broken{"Nan", "0 1 0", "0 nan 0", non_finite_coordinate, 13},
-                                           Broken{"Infinite", "0 1 0", "0 -inf 0", non_finite_coordinate, 13},
-                                           Broken{"Overflow", "0 1 0", "0 1e39 0", coordinate_out_of_range, 13},
-                                           Broken{"NotANumber", "0 1 0", "0 1,5 0", malformed, 13},
-                                           Broken{"TooFewValues", "0 1 0", "0 1", malformed, 13},
-                                           Broken{"TooManyValues", "0 1 0", "0 1 0 5", malformed, 13},
-                                           Broken{"IndexTooLarge", "3 0 3 1", "3 0 4 1", index_out_of_range, 16},
-                                           Broken{"IndexNegative", "3 0 3 1", "3 0 -1 1", index_out_of_range, 16},
-                                           Broken{"IndexFraction", "3 0 3 1", "3 0 1.5 1", index_out_of_range, 16},
-                                           Broken{"TwoCorners", "3 0 3 1", "2 0 3", too_few_corners, 16},
-                                           Broken{"ListLength", "3 0 3 1", "-3 0 3 1", malformed, 16},
-                                           Broken{"MissingCorner", "3 0 3 1", "3 0 3", malformed, 16},
-                                           Broken{"RepeatedIndex", "3 0 3 1", "3 0 3 3", repeated_index_in_face, 16},
-                                           Broken{"Truncated", "3 0 3 1\n", "", truncated, 16},
-                                           Broken{"Trailing", "3 0 3 1\n", "3 0 3 1\n3 1 3 2\n", trailing_data, 17},
-                                           Broken{"HugeVertexCount", "vertex 4", "vertex 2147483648", malformed, 15},
-                                           Broken{"HugeFaceCount", "face 2", "face 2147483648", truncated, 17}),
+                         ::testing::Values(BrokenPly{"Magic", "ply\n", "plyx\n", wrong_format, 1},
+                                           BrokenPly{"Format", "ascii", "ebcdic", unsupported_variant, 2},
+                                           BrokenPly{"Version", "1.0", "2.0", unsupported_variant, 2},
+                                           BrokenPly{"NoFormat", "format ascii 1.0\n", "", malformed, 9},
+                                           BrokenPly{"Keyword", "comment", "komment", malformed, 3},
+                                           BrokenPly{"Count", "vertex 4", "vertex four", malformed, 4},
+                                           BrokenPly{"NegativeCount", "vertex 4", "vertex -4", malformed, 4},
+                                           BrokenPly{"Type", "property float y", "property quad y", malformed, 6},
+                                           BrokenPly{"NoX", "property float x", "property float w", malformed, 10},
+                                           BrokenPly{"XTwice", "property float y", "property float x", malformed, 10},
+                                           BrokenPly{"NoCornerList", "vertex_indices", "corners", malformed, 10},
+                                           BrokenPly{"NoEndHeader", "end_header", "end_headr", malformed, 10},
+                                           BrokenPly{"Nan", "0 1 0", "0 nan 0", non_finite_coordinate, 13},
+                                           BrokenPly{"Infinite", "0 1 0", "0 -inf 0", non_finite_coordinate, 13},
+                                           BrokenPly{"Overflow", "0 1 0", "0 1e39 0", coordinate_out_of_range, 13},
+                                           BrokenPly{"NotANumber", "0 1 0", "0 1,5 0", malformed, 13},
+                                           BrokenPly{"TooFewValues", "0 1 0", "0 1", malformed, 13},
+                                           BrokenPly{"TooManyValues", "0 1 0", "0 1 0 5", malformed, 13},
+                                           BrokenPly{"IndexTooLarge", "3 0 3 1", "3 0 4 1", index_out_of_range, 16},
+                                           BrokenPly{"IndexNegative", "3 0 3 1", "3 0 -1 1", index_out_of_range, 16},
+                                           BrokenPly{"IndexFraction", "3 0 3 1", "3 0 1.5 1", index_out_of_range, 16},
+                                           BrokenPly{"TwoCorners", "3 0 3 1", "2 0 3", too_few_corners, 16},
+                                           BrokenPly{"ListLength", "3 0 3 1", "-3 0 3 1", malformed, 16},
+                                           BrokenPly{"MissingCorner", "3 0 3 1", "3 0 3", malformed, 16},
+                                           BrokenPly{"RepeatedIndex", "3 0 3 1", "3 0 3 3", repeated_index_in_face, 16},
+                                           BrokenPly{"Truncated", "3 0 3 1\n", "", truncated, 16},
+                                           BrokenPly{"Trailing", "3 0 3 1\n", "3 0 3 1\n3 1 3 2\n", trailing_data, 17},
+                                           BrokenPly{"HugeVertexCount", "vertex 4", "vertex 2147483648", malformed, 15},
+                                           BrokenPly{"HugeFaceCount", "face 2", "face 2147483648", truncated, 17}),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST(Ply, BinaryErrorsNameTheByte) {

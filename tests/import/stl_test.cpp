@@ -124,16 +124,16 @@ TEST(Stl, BinaryNanNamesItsByte) {
   EXPECT_EQ(mesh.error().byte, 84u + 50u + 12u + 24u);
 }
 
-struct Broken {
+struct BrokenStl {
   const char* name;
   std::string from;
   std::string to;
   ImportErrorCode code;
   std::uint64_t line;
-  friend std::ostream& operator<<(std::ostream& out, const Broken& broken) { return out << broken.name; }
+  friend std::ostream& operator<<(std::ostream& out, const BrokenStl& broken) { return out << broken.name; }
 };
 
-class StlBroken : public ::testing::TestWithParam<Broken> {};
+class StlBroken : public ::testing::TestWithParam<BrokenStl> {};
 
 TEST_P(StlBroken, IsRefusedByNameAndLine) {
   std::string text = "solid x\n" + facet("0 0 0", "1 0 0", "0 1 0") + "endsolid x\n";
@@ -146,17 +146,18 @@ TEST_P(StlBroken, IsRefusedByNameAndLine) {
   EXPECT_EQ(mesh.error().line, GetParam().line) << to_line(mesh.error());
 }
 
-INSTANTIATE_TEST_SUITE_P(Stl, StlBroken,
-                         ::testing::Values(Broken{"Nan", "1 0 0\n", "1 nan 0\n", non_finite_coordinate, 5},
-                                           Broken{"Overflow", "1 0 0\n", "1e50 0 0\n", coordinate_out_of_range, 5},
-                                           Broken{"Number", "1 0 0\n", "1 0 zero\n", malformed, 5},
-                                           Broken{"TwoNumbers", "1 0 0\n", "1 0\n", malformed, 6},
-                                           Broken{"Word", "outer", "inner", malformed, 3},
-                                           Broken{"FourthVertex", " endloop", " vertex 1 1 1\n endloop", malformed, 7},
-                                           Broken{"NoEnd", "endsolid x\n", "", truncated, 9},
-                                           Broken{"Cut", " endloop\nendfacet\nendsolid x\n", "", truncated, 7},
-                                           Broken{"Behind", "endsolid x\n", "endsolid x\nmore\n", trailing_data, 10}),
-                         [](const auto& tested) { return tested.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Stl, StlBroken,
+    ::testing::Values(BrokenStl{"Nan", "1 0 0\n", "1 nan 0\n", non_finite_coordinate, 5},
+                      BrokenStl{"Overflow", "1 0 0\n", "1e50 0 0\n", coordinate_out_of_range, 5},
+                      BrokenStl{"Number", "1 0 0\n", "1 0 zero\n", malformed, 5},
+                      BrokenStl{"TwoNumbers", "1 0 0\n", "1 0\n", malformed, 6},
+                      BrokenStl{"Word", "outer", "inner", malformed, 3},
+                      BrokenStl{"FourthVertex", " endloop", " vertex 1 1 1\n endloop", malformed, 7},
+                      BrokenStl{"NoEnd", "endsolid x\n", "", truncated, 9},
+                      BrokenStl{"Cut", " endloop\nendfacet\nendsolid x\n", "", truncated, 7},
+                      BrokenStl{"Behind", "endsolid x\n", "endsolid x\nmore\n", trailing_data, 10}),
+    [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
 }  // namespace pmcd::import::testing
