@@ -36,7 +36,7 @@ class InsertingDriver {
         kind_(kind),
         bounds_(bounds),
         source_(source),
-        surroundings_(state.mesh, state.points, kind, previous) {}
+        surroundings_(state.mesh, state.points, kind, previous, bounds.vertices) {}
 
   void foresee(std::uint32_t gate, unsigned distance) const { surroundings_.foresee(state_.mesh, gate, distance); }
   void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
@@ -214,6 +214,7 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
     for (std::uint32_t v = first; v < state.mesh.vertex_count(); ++v) state.points[v] = surface[v].point;
   }
   source.told_part(PacketPart::connectivity);
+  marks = Marks();  // its memory is wanted elsewhere
   if (passes == 0 && state.shift == old_shift) return {};
 
   surface.build(state.mesh, state.points, state.spreads);

@@ -104,11 +104,12 @@ inline void Surroundings::change(Vertex& at, unsigned faces, int growth) {
 }
 
 Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind,
-                           std::uint32_t previous)
+                           std::uint32_t previous, std::uint32_t most_vertices)
     : kind_(kind), previous_(previous) {
   if (kind == PassKind::ears) return;
   const std::uint32_t faces = mesh.face_count();
   face_.resize(faces);
+  vertex_.reserve(std::min<std::size_t>(most_vertices, std::size_t{mesh.vertex_count()} + faces));  // one for each face
   vertex_.resize(mesh.vertex_count());
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
     vertex_[v].position = at(points[v]);
@@ -125,8 +126,7 @@ Surroundings::Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoin
     const Four normal = cross(b - a, c - a);
     const Four squares = squared(b - a, c - b, a - c, normal);
     const Four logs = 0.5f * guarded_log2(squares);
-    const float area = std::sqrt(squares[3]);
-    face_[f] = {normal + Four{0, 0, 0, area}, logs[3], {logs[0], logs[1], logs[2]}};
+    face_[f] = {std::sqrt(squares[3]), logs[3], {logs[0], logs[1], logs[2]}};
     for (std::uint32_t i = 0; i < 3; ++i) {
       if (mesh.opposite(3 * f + i) != kNone) continue;
       has_boundary_ = true;
@@ -213,12 +213,12 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   constexpr unsigned kTriangles = kSize - 2;
   constexpr float kShareOfRing = 1.0f / static_cast<float>(kSize);
 
-  Four normal{};
+  float area = 0;
   float least_face = face_[patch.slots[0]].log_area;
   float most_face = least_face;
   for (unsigned k = 0; k < kTriangles; ++k) {
     const FaceShape& face = face_[patch.slots[k]];
-    normal += face.normal;
+    area += face.area;
     least_face = std::min(least_face, face.log_area);
     most_face = std::max(most_face, face.log_area);
   }
@@ -284,7 +284,7 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
 
   for (unsigned i = kSize; i < kMaxPatchSize; ++i) h.state[i] = kNoVertex;
   const float border_mean = border * kShareOfRing;
-  const float face_area = normal[3] * (kIsBorder ? kShare[kSize - 1] : kShareOfRing);
+  const float face_area = area * (kIsBorder ? kShare[kSize - 1] : kShareOfRing);
   const Four unit = Four{} + scale.per_edge_squared;
   const Four diagonal_logs =
       0.5f * fast_log2(Four{diagonals * kShare[kTriangles - 1u], shortest_diagonal, longest_diagonal, 0} * unit +

@@ -46,9 +46,10 @@ struct Hypothesis {
 /// What one pass knows of the coarse faces and of those that are refined already. One object serves one pass.
 class Surroundings {
  public:
-  /// REQUIRES: no face of the pass is decided yet. `previous` is the first vertex that the pass before inserted.
-  /// [linear in the faces]
-  Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind, std::uint32_t previous);
+  /// REQUIRES: no face of the pass is decided yet. `previous` is the first vertex that the pass before inserted; there
+  /// will be `most_vertices` at most. [linear in the faces]
+  Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind, std::uint32_t previous,
+               std::uint32_t most_vertices);
 
   /// All that could stand before the gate; the null patch comes first, then border patches, then 6 to 3. The answer
   /// holds until the next call. [constant]
@@ -81,9 +82,9 @@ class Surroundings {
   void insert(const Hypothesis& hypothesis, const Triangulation& triangulation, const LatticePoint& position);
 
  private:
-  // Logarithms are to base 2; 32 bytes, for the walk over the faces is a walk over memory.
+  // Logarithms are to base 2; 20 bytes, for the walk over the faces is a walk over memory.
   struct FaceShape {
-    Four normal{};  // unit normal times area, and the area
+    float area = 0;
     float log_area = 0;
     std::array<float, 3> log_length{};  // by edge
   };

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "codec/mesh/halfedge_mesh.h"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -148,22 +151,35 @@ void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
   face_valence_.reserve(vertices);
 }
 
-void HalfEdgeMesh::reorder(std::span<const std::uint32_t> order) {
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-  auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * place[face_of(h)] + h % 3; };
-  std::vector<HalfEdge> halfedges;
-  halfedges.reserve(halfedge_.capacity());
-  constexpr std::size_t kFacesAhead = 8;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + kFacesAhead < order.size()) foresee(3 * order[i + kFacesAhead]);
-    const std::uint32_t face = order[i];
-    for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
-      halfedges.push_back({halfedge_[h].origin, moved(halfedge_[h].opposite)});
-    }
+void HalfEdgeMesh::reorder(std::span<std::uint32_t> order) {
+  {
+    std::vector<std::uint32_t> place(order.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+    auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * place[face_of(h)] + h % 3; };
+    for (HalfEdge& halfedge : halfedge_) halfedge.opposite = moved(halfedge.opposite);
+    for (std::uint32_t& h : outgoing_) h = moved(h);
   }
-  halfedge_.swap(halfedges);
-  for (std::uint32_t& h : outgoing_) h = moved(h);
+  // In place, for memory: each cycle of the permutation moves by one; what is done is its own place.
+  auto face_at = [&](std::uint32_t f) {
+    return std::array<HalfEdge, 3>{halfedge_[3 * f], halfedge_[3 * f + 1], halfedge_[3 * f + 2]};
+  };
+  auto put = [&](std::uint32_t f, const std::array<HalfEdge, 3>& face) {
+    std::copy(face.begin(), face.end(), halfedge_.begin() + 3 * static_cast<std::ptrdiff_t>(f));
+  };
+  for (std::uint32_t start = 0; start < order.size(); ++start) {
+    if (order[start] == start) continue;
+    const std::array<HalfEdge, 3> first = face_at(start);
+    std::uint32_t at = start;
+    while (order[at] != start) {
+      const std::uint32_t from = order[at];
+      foresee(3 * order[from]);
+      put(at, face_at(from));
+      order[at] = at;
+      at = from;
+    }
+    put(at, first);
+    order[at] = at;
+  }
 }
 
 std::uint32_t HalfEdgeMesh::add_vertex() {

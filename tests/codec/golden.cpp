@@ -2,6 +2,7 @@
 #include "tests/codec/golden.h"
 
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -9,6 +10,33 @@
 #include "tests/codec/generated.h"
 
 namespace pmcd::codec::testing {
+
+namespace {
+
+// A plate whose columns stand in one of three heights.
+TriangleMesh terraces() {
+  Random random(3);
+  TriangleMesh mesh = grid(18, 15, 3);
+  std::vector<double> height(32);
+  for (double& h : height) h = static_cast<double>(random.below(3)) * 0.37;
+  for (Position& p : mesh.positions) {
+    p[2] = height[static_cast<std::size_t>(p[0] * 18 + 0.5)];
+    for (double& x : p) x = round_to(Scalar::float32, x);
+  }
+  return mesh;
+}
+
+// A sphere with bumps that are the same on both sides of x = 0, in decimals of four digits.
+TriangleMesh mirrored() {
+  TriangleMesh mesh = sphere(3);
+  for (Position& p : mesh.positions) {
+    const double bump = 1 + 0.13 * p[1] * p[2] + 0.2 * p[0] * p[0] * p[2];
+    for (double& x : p) x = round_to(Scalar::float32, std::round(x * bump * 10000) / 10000);
+  }
+  return mesh;
+}
+
+}  // namespace
 
 std::vector<GoldenMesh> golden_meshes() {
   std::vector<GoldenMesh> all;
@@ -50,6 +78,9 @@ std::vector<GoldenMesh> golden_meshes() {
         return mesh;
       }(),
       std::nullopt);
+  // Steps of a whole lattice step, the same on either side: coordinates repeat, and the mesh is its own mirror image.
+  add("terraces-12", terraces(), 12);
+  add("mirrored-lossless", mirrored(), std::nullopt);
   add(
       "one-point-24",
       [] {

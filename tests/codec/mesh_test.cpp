@@ -156,5 +156,23 @@ TEST(EdgeTableTest, EmptyMeshHasNoEdges) {
   EXPECT_EQ(EdgeTable({}, 3).edge_count(), 0u);
 }
 
+TEST(HalfEdgeReorder, GivesFacesOtherNumbersOnly) {
+  Random random(12);
+  for (const TriangleMesh& mesh : {sphere(2), grid(7, 6, 2), torus(5, 6), single_triangle()}) {
+    const HalfEdgeMesh before = built(mesh);
+    std::vector<std::uint32_t> order(before.face_count());
+    for (std::uint32_t f = 0; f < order.size(); ++f) order[f] = f;
+    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    HalfEdgeMesh after = before;
+    std::vector<std::uint32_t> used = order;
+    after.reorder(used);
+    ASSERT_EQ(complaint(after), "");
+    for (std::uint32_t f = 0; f < order.size(); ++f) EXPECT_EQ(after.face(f), before.face(order[f]));
+    for (std::uint32_t v = 0; v < before.vertex_count(); ++v) {
+      EXPECT_EQ(order[after.outgoing(v) / 3] * 3 + after.outgoing(v) % 3, before.outgoing(v));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pmcd::codec::testing
