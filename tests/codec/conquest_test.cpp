@@ -451,7 +451,7 @@ void expect_sound_hypotheses(const TriangleMesh& mesh, const std::vector<Lattice
   ASSERT_TRUE(links.ok());
   Marks marks;
   marks.clear(*links);
-  Surroundings surroundings(*links, points, PassKind::decimating, 0);
+  Surroundings surroundings(*links, points, PassKind::decimating, 0, links->vertex_count());
   for (std::uint32_t gate = 0; gate < 3 * links->face_count(); ++gate) {
     const std::span<const Hypothesis> all = surroundings.look(*links, marks, gate, kP, gate % 2 == 0 ? kM : kP);
     ASSERT_FALSE(all.empty());

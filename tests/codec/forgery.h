@@ -30,7 +30,7 @@ inline std::vector<std::byte> base_payload(const std::function<void(RangeEncoder
   std::vector<std::byte> payload;
   append_base_header(payload, lattice, false);
   RangeEncoder encoder(payload);
-  encoder.raw(0, 1);  // no coordinates repeat
+  encoder.raw(0, 2);  // no coordinates repeat, no reflection
   write(encoder);
   encoder.finish();
   return payload;

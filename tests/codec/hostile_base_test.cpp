@@ -22,9 +22,9 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// What a base packet says ahead of its mesh: no coordinates repeat.
+// What a base packet says ahead of its mesh: no coordinates repeat, there is no reflection.
 void write_structure(LyingSource& source) {
-  source.raw(0, 1);
+  source.raw(0, 2);
 }
 
 Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::function<BaseStep(std::uint32_t)>& beyond) {
@@ -191,7 +191,7 @@ struct LiedDecimals {
 
 void write_form(LyingSource& source, const std::optional<LiedDecimals>& fine, const std::optional<LiedDecimals>& coarse,
                 std::uint32_t repeats, std::uint32_t with_coarse, std::uint32_t strays,
-                const std::optional<SteppedGrid>& grid = {}) {
+                const std::optional<SteppedGrid>& grid = {}, std::uint32_t negated = 0) {
   source.raw(1, 1);
   for (const auto& decimals : {fine, coarse}) {
     source.raw(decimals ? 1 : 0, 1);
@@ -210,6 +210,7 @@ void write_form(LyingSource& source, const std::optional<LiedDecimals>& fine, co
   }
   for (int axis = 0; axis < 3; ++axis) {
     source.raw(repeats, 1);
+    if (repeats != 0) source.raw(negated, 1);
     source.raw(with_coarse, 1);
     source.raw(strays, 1);
   }
@@ -276,6 +277,20 @@ TEST(HostileTail, AbsurdGridsAreCorrupt) {
   EXPECT_EQ(with(std::numeric_limits<double>::denorm_min(), 0, 1), ErrorCode::corrupt_data);  // numbers were to follow
   for (double step : {0.0, -1.0, inf, std::nan("")}) EXPECT_EQ(with(step, 0, 1), ErrorCode::corrupt_data) << step;
   for (double origin : {-inf, inf, std::nan("")}) EXPECT_EQ(with(1, origin, 0), ErrorCode::corrupt_data) << origin;
+}
+
+TEST(HostileTail, NegatedMultiplesAreCorrupt) {
+  auto with = [](const Lattice& lattice, std::uint32_t negated) {
+    return refusal(one_isolated_vertex(lattice, true, kOrigin, [&](LyingSource& source) {
+      write_form(source, LiedDecimals{1, -22, 15}, {}, 1, 0, 0, {}, negated);
+    }));
+  };
+  EXPECT_EQ(with(denormal_lattice(), 0), ErrorCode::hash_mismatch);
+  EXPECT_EQ(with(denormal_lattice(), 1), ErrorCode::hash_mismatch);
+  Lattice of_multiples;
+  of_multiples.bits = 12;
+  of_multiples.set_unit({1, 0}, {0, 0, 0});
+  EXPECT_EQ(with(of_multiples, 1), ErrorCode::corrupt_data);
 }
 
 TEST(HostileTail, StraysBeyondTheFloatsAreCorrupt) {

@@ -45,7 +45,7 @@ TEST(Images, NearOnesAreFoundTheLatestFirst) {
 
 TEST(Images, ManyInOnePlaceAreBounded) {
   Images images;
-  images.begin(flip_x(0), 10, 2 * kMost);
+  images.begin(flip_x(0), 100'000, 2 * kMost);
   for (int i = 0; i < 1000; ++i) images.add({0, 0, 0});
   EXPECT_EQ(images.near({0, 0, 0}).size, Images::kMost);
 }

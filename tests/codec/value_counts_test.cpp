@@ -15,7 +15,7 @@ TEST(ValueCounts, FrequentAndNearWins) {
   EXPECT_EQ(value, 100) << "the centre, when there is none";
   for (int i = 0; i < 5; ++i) counts.learn(104);
   counts.learn(101);
-  EXPECT_EQ(counts.best_near(100.2, 10, value), 1u) << "one at 0.8 scores more than five at 3.8";
+  EXPECT_EQ(counts.best_near(100.2, 5, value), 1u) << "one at 0.8 scores more than five at 3.8";
   EXPECT_EQ(value, 101);
   for (int i = 0; i < 5; ++i) counts.learn(104);
   EXPECT_EQ(counts.best_near(102.9, 10, value), 10u);
