@@ -16,8 +16,10 @@
 namespace pmcd::codec::testing {
 namespace {
 
+const std::filesystem::path kFolder = PMCD_GOLDEN_DIR;
+
 std::vector<std::byte> read_golden(const std::string& name) {
-  std::ifstream file(std::string(PMCD_GOLDEN_DIR) + "/" + name, std::ios::binary);
+  std::ifstream file(kFolder / name, std::ios::binary);
   EXPECT_TRUE(file.is_open()) << name;
   const std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   const auto bytes = std::as_bytes(std::span(content.data(), content.size()));
@@ -25,7 +27,7 @@ std::vector<std::byte> read_golden(const std::string& name) {
 }
 
 std::set<std::string> recorded_lines() {
-  std::ifstream file(std::string(PMCD_GOLDEN_DIR) + "/levels.txt");
+  std::ifstream file(kFolder / "levels.txt");
   std::set<std::string> lines;
   for (std::string line; std::getline(file, line);) {
     if (!line.empty() && line[0] != '#') lines.insert(line);
