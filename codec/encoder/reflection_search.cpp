@@ -11,20 +11,19 @@ constexpr std::size_t kSample = 1000;
 // The share of vertices that must have an image for the search to pay.
 constexpr double kWorthShare = 0.15;
 
-// The share of a sample of vertices that have another one within a step of their image.
-double share_of(const Reflection& reflection, std::span<const LatticePoint> halves, std::int32_t most) {
-  Images images;
-  images.begin(reflection, halves.size(), most);
-  for (const LatticePoint& p : halves) images.add(p);
+// The share of a sample of vertices that have a vertex within a step of their image. `standing`: all vertices.
+double share_of(const Reflection& reflection, const Images& standing, std::span<const LatticePoint> halves) {
   std::size_t hits = 0;
   std::size_t tried = 0;
   for (std::size_t v = 0; v < halves.size(); v += halves.size() / kSample + 1) {
-    const LatticePoint& p = halves[v];
-    const Images::Nearby nearby = images.near(p);
+    const LatticePoint image = reflection.image(halves[v]);
+    const Images::Nearby nearby = standing.near(image);
     ++tried;
     for (std::size_t i = 0; i < nearby.size; ++i) {
       std::int32_t off = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) off = std::max(off, std::abs(nearby.image[i][axis] - p[axis]));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        off = std::max(off, std::abs(nearby.image[i][axis] - image[axis]));
+      }
       if (off > 2) continue;
       ++hits;
       break;
@@ -49,6 +48,9 @@ Reflection find_reflection(std::span<const LatticePoint> points, std::int32_t mo
       high[axis] = std::max(high[axis], p[axis]);
     }
   }
+  Images standing;  // under no reflection: vertices themselves
+  standing.begin({}, halves.size(), 2 * most);
+  for (const LatticePoint& p : halves) standing.add(p);
   double best_share = kWorthShare;
   for (unsigned flips = 1; flips < 8; ++flips) {
     for (bool about_zero : {false, true}) {
@@ -57,7 +59,7 @@ Reflection find_reflection(std::span<const LatticePoint> points, std::int32_t mo
         reflection.flips[axis] = (flips >> axis & 1) != 0;
         if (reflection.flips[axis]) reflection.sum[axis] = about_zero ? 4 * zero[axis] : 2 * (low[axis] + high[axis]);
       }
-      const double share = share_of(reflection, halves, 2 * most);
+      const double share = share_of(reflection, standing, halves);
       if (share <= best_share) continue;
       best_share = share;
       best = reflection;
