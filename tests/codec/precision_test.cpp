@@ -180,7 +180,18 @@ void expect_growing_precision(const TriangleMesh& mesh, std::optional<unsigned> 
 }
 
 TEST(GrowingPrecision, EveryLevelIsTheMeshInItsCells) {
-  for (unsigned bits : {10u, 14u, 20u}) expect_growing_precision(bumpy_sphere(5), bits);
+  // No mirror image of itself: such a mesh has all digits from the start.
+  TriangleMesh mesh = bumpy_sphere(5);
+  Random random(10);
+  jitter(mesh, 0.01, random);
+  for (unsigned bits : {10u, 14u, 20u}) expect_growing_precision(mesh, bits);
+}
+
+TEST(GrowingPrecision, AMirrorImageOfItselfHasAllDigitsFromTheStart) {
+  const Stream stream = stream_of(uv_sphere(24, 32), 10);
+  ASSERT_GT(stream.levels.size(), 2u);
+  for (const LevelState& level : stream.levels) EXPECT_EQ(level.shift, 0u);
+  EXPECT_TRUE(stream.levels.front().models.position.reflection.any());
 }
 
 TEST(GrowingPrecision, LosslessToo) {
