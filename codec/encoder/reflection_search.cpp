@@ -7,7 +7,7 @@
 namespace pmcd::codec {
 namespace {
 
-constexpr std::size_t kSample = 1000;
+constexpr std::size_t kSampledVertices = 1000;
 // The share of vertices that must have an image for the search to pay.
 constexpr double kWorthShare = 0.15;
 
@@ -15,7 +15,7 @@ constexpr double kWorthShare = 0.15;
 double share_of(const Reflection& reflection, const Images& standing, std::span<const LatticePoint> halves) {
   std::size_t hits = 0;
   std::size_t tried = 0;
-  for (std::size_t v = 0; v < halves.size(); v += halves.size() / kSample + 1) {
+  for (std::size_t v = 0; v < halves.size(); v += halves.size() / kSampledVertices + 1) {
     const LatticePoint image = reflection.image(halves[v]);
     const Images::Nearby nearby = standing.near(image);
     ++tried;
