@@ -28,7 +28,8 @@ class ValueCounts {
   /// it came.
   [[nodiscard]] std::size_t best_near(double centre, double reach, std::int32_t& value) const {
     const std::int32_t radius = static_cast<std::int32_t>(std::min(reach, 64.0));
-    const std::int32_t middle = static_cast<std::int32_t>(centre + 0.5);
+    const double rounded = centre + 0.5;
+    const auto middle = static_cast<std::int32_t>(rounded);
     value = middle;
     const float inverse = 1.0f / static_cast<float>(reach);
     float best = 0;
