@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "codec/encoder/code_length.h"
+#include "codec/encoder/form_search.h"
 #include "codec/encoder/stepped_grid.h"
 #include "codec/exactness.h"
 #include "codec/lattice/cell.h"
@@ -41,22 +43,6 @@ std::vector<Position> sample_of(const TriangleMesh& mesh) {
   return sample;
 }
 
-bool same_bits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-// The binary logarithm within 0.01, for estimates that are the same on every machine. REQUIRES: x a normal number > 0.
-double binary_log(double x) {
-  const auto bits = std::bit_cast<std::uint64_t>(x);
-  const double above = static_cast<double>(bits & 0xFFFFFFFFFFFFF) * 0x1p-52;
-  return static_cast<double>(bits >> 52) - 1023 + above + 0.3437 * above * (1 - above);
-}
-
-double entropy(double part, double whole) {
-  if (part <= 0 || part >= whole) return 0;
-  return part * binary_log(whole / part) + (whole - part) * binary_log(whole / (whole - part));
-}
-
 std::int64_t nearest_whole(const Unit& unit, double value) {
   return whole_below(in_units(unit, value) + 0.5);
 }
@@ -69,11 +55,6 @@ double share_of(const Unit& unit, std::span<const Position> sample, Scalar scala
   }
   return static_cast<double>(hits) / static_cast<double>(3 * sample.size());
 }
-
-struct Multiples {
-  Unit unit;
-  double share = 0;  // of the sample's coordinates
-};
 
 // Units of which the largest extent has 2^4 to 2^25, large ones first, that many coordinates are multiples of, and more
 // than of the larger units of their kind.
@@ -94,62 +75,6 @@ std::vector<Multiples> multiples_in(std::span<const Position> sample, Scalar sca
   }
   least = 1;  // powers of two hold all or are of no use
   for (int exponent = kMaxPowerOfTwo; exponent >= -kMaxPowerOfTwo; --exponent) add(0, exponent);
-  return result;
-}
-
-struct Measured {
-  double bits = 0;  // a coordinate
-  std::array<bool, 3> coarse{};
-};
-
-// What the exactness section would spend on a sample, without repeats.
-Measured measure(const Lattice& lattice, std::span<const Position> sample, const ExactnessForm& form) {
-  double bits = 0;
-  Measured result;
-  const auto total = static_cast<double>(sample.size());
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double without = 0;  // all by the fine numbers
-    double with = 0;     // those that are coarse by the coarse ones
-    double strays = 0;
-    double strays_with = 0;
-    double coarse = 0;
-    double asked = 0;
-    for (const Position& p : sample) {
-      const std::int32_t index = lattice.snap(p[axis], static_cast<int>(axis));
-      const Cell cell = cell_of(lattice, index, axis, form.fine ? &*form.fine : nullptr);
-      double one = 0;
-      double value = 0;
-      if (cell.count > 0) {
-        one = binary_log(static_cast<double>(cell.count));
-        value = cell.value(cell.nearest(p[axis]));
-      } else {
-        value = lattice.position(lattice.snap(p))[axis];
-      }
-      const bool stray = !same_bits(value, p[axis]);
-      if (stray) {
-        const double off = static_cast<double>(to_ordered(value, lattice.scalar)) -
-                           static_cast<double>(to_ordered(p[axis], lattice.scalar));
-        one += 1 + 1.8 * binary_log(std::abs(off) + 1);
-      }
-      without += one;
-      strays += stray ? 1 : 0;
-      if (!form.coarse && !form.grid) continue;
-      const Cell few = exactness::coarse_cell(lattice, index, axis, form);
-      if (few.count > 0) asked += 1;
-      if (few.count > 0 && same_bits(few.value(few.nearest(p[axis])), p[axis])) {
-        coarse += 1;
-        with += binary_log(static_cast<double>(few.count));
-      } else {
-        with += one;
-        strays_with += stray ? 1 : 0;
-      }
-    }
-    without += entropy(strays, total);
-    with += entropy(coarse, asked) + entropy(strays_with, total - coarse);
-    result.coarse[axis] = (form.coarse || form.grid) && with + 16 < without;
-    bits += result.coarse[axis] ? with : without;
-  }
-  result.bits = bits / (3 * total);
   return result;
 }
 
@@ -214,17 +139,6 @@ std::vector<Decimals> decimals_for(std::span<const Position> sample, Scalar scal
   return result;
 }
 
-struct Choice {
-  ExactnessForm form;
-  double bits = 0;
-};
-
-struct Candidates {
-  std::vector<Decimals> fine;
-  std::vector<Multiples> coarse;
-  std::vector<SteppedGrid> grids;
-};
-
 Candidates candidates_for(std::span<const Position> sample, Scalar scalar, double extent) {
   Candidates result;
   result.fine = decimals_for(sample, scalar);
@@ -233,34 +147,6 @@ Candidates candidates_for(std::span<const Position> sample, Scalar scalar, doubl
     if (multiples.share >= kWorthDigits) result.fine.push_back({multiples.unit, 0});
   }
   return result;
-}
-
-Choice cheapest_form(const Lattice& lattice, std::span<const Position> sample, const Candidates& candidates) {
-  Choice best;
-  best.bits = measure(lattice, sample, best.form).bits;
-  for (const Decimals& fine : candidates.fine) {
-    ExactnessForm form;
-    form.fine = fine;
-    const double bits = measure(lattice, sample, form).bits;
-    if (bits < best.bits) best = {form, bits};
-  }
-  const ExactnessForm without = best.form;
-  for (const Multiples& coarse : candidates.coarse) {
-    ExactnessForm form = without;
-    form.coarse = Decimals{coarse.unit, 0};
-    const Measured measured = measure(lattice, sample, form);
-    if (measured.bits >= best.bits) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
-    best = {form, measured.bits};
-  }
-  for (const SteppedGrid& grid : candidates.grids) {
-    ExactnessForm form = without;
-    form.grid = grid;
-    const Measured measured = measure(lattice, sample, form);
-    for (std::size_t axis = 0; axis < 3; ++axis) form.axes[axis].coarse = measured.coarse[axis];
-    if (measured.bits < best.bits) best = {form, measured.bits};
-  }
-  return best;
 }
 
 // The lattice whose points are those of a grid.
@@ -281,6 +167,10 @@ Lattice of_grid(const TriangleMesh& mesh, const SteppedGrid& grid) {
     while (lattice.bits <= kMaxLatticeBits && high - low > lattice.max_index()) ++lattice.bits;
   }
   return lattice;
+}
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
 bool holds_all(const Lattice& lattice, const TriangleMesh& mesh) {
@@ -358,37 +248,50 @@ LosslessPlan plan_lossless(const TriangleMesh& mesh, const Lattice& plain) {
   if (mesh.positions.empty()) return best;
   const std::vector<Position> sample = sample_of(mesh);
   const double extent = extent_of(plain);
-  Candidates candidates = candidates_for(sample, mesh.scalar, extent);
-  const Choice without_grid = cheapest_form(plain, sample, candidates);
-  std::optional<Decimals> rounded_to = without_grid.form.fine;
+  const Candidates candidates = candidates_for(sample, mesh.scalar, extent);
+  FormSearch of_plain(plain, sample, candidates);
+  std::optional<Decimals> rounded_to = of_plain.best().form.fine;
   // The sample may have missed the smallest coordinates, which tell most of a step.
   if (rounded_to && rounded_to->digits > 0) {
     rounded_to->unit.exponent = static_cast<std::int16_t>(std::max(rounded_to->unit.exponent - 4, -kMaxPowerOfTen));
   }
+  const SteppedGridSearch grid_search(mesh, rounded_to ? &*rounded_to : nullptr);
+  std::vector<SteppedGrid> grids;
   for (double blur : {0.0, 2e-8, 2e-7}) {
-    const std::optional<SteppedGrid> grid = find_stepped_grid(mesh, rounded_to ? &*rounded_to : nullptr, blur * extent);
-    if (grid) candidates.grids.push_back(*grid);
+    const std::optional<SteppedGrid> grid = grid_search.find(blur * extent);
+    if (grid) grids.push_back(*grid);
   }
 
   // A bit more of lattice costs a bit more of geometry.
   double best_bits = std::numeric_limits<double>::infinity();
-  auto consider = [&](const Lattice& lattice) {
-    const Choice choice = lattice.exact ? Choice() : cheapest_form(lattice, sample, candidates);
+  auto compare = [&](const Lattice& lattice, const FormChoice& choice) {
     const double section = lattice.exact ? 0 : kWorthSection;
     const double bits = choice.bits + section + (lattice.step > 0 ? binary_log(extent / lattice.step) : 0);
     if (bits >= best_bits) return;
     best = {lattice, choice.form};
     best_bits = bits;
   };
-  consider(plain);
+  auto search = [&](const Lattice& lattice, FormSearch& forms) {
+    for (const SteppedGrid& grid : grids) forms.consider(grid);
+    compare(lattice, forms.best());
+  };
+  auto consider = [&](const Lattice& lattice) {
+    FormSearch forms(lattice, sample, candidates);
+    search(lattice, forms);
+  };
+  search(plain, of_plain);
   for (const Multiples& multiples : candidates.coarse) {
     if (multiples.share < kWorthLattice || multiple_of(multiples.unit, 1) * (1 << kMostBits) < extent) continue;
     std::optional<Lattice> lattice = Lattice::of_multiples(mesh, multiples.unit);
     if (!lattice || lattice->bits > kMostBits) continue;
     lattice->exact = multiples.share == 1 && holds_all(*lattice, mesh);
-    if (lattice->exact || lattice->bits >= kLeastBits) consider(*lattice);
+    if (lattice->exact) {
+      compare(*lattice, {});
+    } else if (lattice->bits >= kLeastBits) {
+      consider(*lattice);
+    }
   }
-  for (const SteppedGrid& grid : candidates.grids) {
+  for (const SteppedGrid& grid : grids) {
     const Lattice lattice = of_grid(mesh, grid);
     if (lattice.valid() && lattice.bits >= kLeastBits && lattice.bits <= kMostBits) consider(lattice);
   }

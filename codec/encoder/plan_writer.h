@@ -12,36 +12,29 @@
 #include <vector>
 
 #include "codec/encoder.h"
-#include "codec/encoder/decimation.h"
+#include "codec/encoder/encoding_plan.h"
+#include "codec/encoder/variant.h"
 #include "codec/geometry/reflection.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "codec/source.h"
 
 namespace pmcd::codec {
 
-/// What the encoder knows, over all packets. Original numbering unless said otherwise.
-struct EncodingPlan {
-  const TriangleMesh* original = nullptr;
-  std::vector<LatticePoint> points;
-  HalfEdgeMesh base;  ///< what decimation left
-  std::vector<Seed> seeds;
-  std::vector<std::uint32_t> isolated;  ///< in the order in which they are coded
+/// What one packet is to hold.
+struct PacketPlan {
+  std::span<const PassRecord> passes;  ///< coarse to fine
   Guessing guessing = Guessing::once;
-  bool structured = false;
-  Reflection reflection;
-  ExactnessForm form;
-
-  std::vector<std::uint32_t> to_original;  ///< by decoder vertex; grows as packets are written
-  BitReport bits;
+  bool with_isolated = false;
+  bool with_exactness = false;
 };
 
 /// Writes one packet's coded part.
 class PlanWriter {
  public:
-  /// `passes` are those of this packet, coarse to fine.
-  PlanWriter(EncodingPlan& plan, std::span<const PassRecord> passes, bool with_isolated, bool with_exactness,
+  /// `variant` is told which decoder vertex is which, and where the bits went.
+  PlanWriter(const EncodingPlan& plan, const Descent& descent, const PacketPlan& packet, Variant& variant,
              std::vector<std::byte>& out)
-      : plan_(plan), passes_(passes), with_isolated_(with_isolated), with_exactness_(with_exactness), encoder_(out) {}
+      : plan_(plan), descent_(descent), packet_(packet), variant_(variant), encoder_(out) {}
 
   bool bit(AdaptiveBit& model, bool value) {
     encoder_.bit(model, value);
@@ -68,38 +61,38 @@ class PlanWriter {
   [[nodiscard]] static bool failed() { return false; }
   void finish() { encoder_.finish(); }
 
-  [[nodiscard]] Guessing wanted_guessing() const { return plan_.guessing; }
-  [[nodiscard]] bool wanted_structured() const { return plan_.structured; }
+  [[nodiscard]] Guessing wanted_guessing() const { return packet_.guessing; }
+  [[nodiscard]] bool wanted_structured() const { return plan_.alignment != Alignment::none; }
   [[nodiscard]] Reflection wanted_reflection() const { return plan_.reflection; }
-  [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(passes_.size()); }
-  [[nodiscard]] PassKind wanted_pass_kind() const { return passes_[pass_].kind; }
+  [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(packet_.passes.size()); }
+  [[nodiscard]] PassKind wanted_pass_kind() const { return packet_.passes[pass_].kind; }
   /// Whether an ear stands beyond the boundary edge that leaves this vertex; told_inserted then means that ear.
   bool wanted_ear(std::uint32_t edge_origin) {
-    const auto& bases = passes_[pass_].ear_base;
-    const auto found = std::lower_bound(bases.begin(), bases.end(), plan_.to_original[edge_origin]);
-    if (found == bases.end() || *found != plan_.to_original[edge_origin]) return false;
+    const auto& bases = packet_.passes[pass_].ear_base;
+    const auto found = std::lower_bound(bases.begin(), bases.end(), variant_.to_original[edge_origin]);
+    if (found == bases.end() || *found != variant_.to_original[edge_origin]) return false;
     next_removed_ = static_cast<std::size_t>(found - bases.begin());
     return true;
   }
   Symbol wanted_symbol() {
     // A walk that went another way than the recorded one would run out: an impossible symbol ends it.
-    const auto& symbols = passes_[pass_].symbols;
+    const auto& symbols = packet_.passes[pass_].symbols;
     return next_symbol_ < symbols.size() ? symbols[next_symbol_++] : kImpossible;
   }
   [[nodiscard]] LatticePoint wanted_point(std::uint32_t vertex) const {
-    return plan_.points[plan_.to_original[vertex]];
+    return plan_.points[variant_.to_original[vertex]];
   }
-  [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(plan_.seeds.size()); }
+  [[nodiscard]] std::uint32_t wanted_components() const { return static_cast<std::uint32_t>(descent_.seeds.size()); }
   [[nodiscard]] bool wanted_boundary() const;
   /// The base's coordinates of one axis as cells of 2^shift, ascending, if they repeat enough to be worth a list.
   [[nodiscard]] std::vector<std::int32_t> wanted_values(std::size_t axis, unsigned shift) const;
   [[nodiscard]] BaseStep wanted_beyond(std::uint32_t halfedge) const;
   [[nodiscard]] std::uint32_t wanted_isolated() const {
-    return with_isolated_ ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
+    return packet_.with_isolated ? static_cast<std::uint32_t>(plan_.isolated.size()) : 0;
   }
   [[nodiscard]] LatticePoint wanted_isolated_point(std::uint32_t k) const { return plan_.points[plan_.isolated[k]]; }
   [[nodiscard]] std::optional<ExactnessForm> wanted_exactness() const {
-    return with_exactness_ ? std::optional<ExactnessForm>(plan_.form) : std::nullopt;
+    return packet_.with_exactness ? std::optional<ExactnessForm>(plan_.form) : std::nullopt;
   }
   /// Whether a coordinate is this value, bit for bit.
   [[nodiscard]] bool wanted_exact(std::uint32_t vertex, std::size_t axis, double value) const {
@@ -124,10 +117,12 @@ class PlanWriter {
     next_symbol_ = 0;
     next_removed_ = 0;
   }
-  void told_inserted(std::uint32_t /*vertex*/) { plan_.to_original.push_back(passes_[pass_].removed[next_removed_++]); }
+  void told_inserted(std::uint32_t /*vertex*/) {
+    variant_.to_original.push_back(packet_.passes[pass_].removed[next_removed_++]);
+  }
   void told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t face);
   void told_face(std::uint32_t beyond, std::uint32_t face, std::uint32_t vertex);
-  void told_isolated(std::uint32_t k, std::uint32_t /*vertex*/) { plan_.to_original.push_back(plan_.isolated[k]); }
+  void told_isolated(std::uint32_t k, std::uint32_t /*vertex*/) { variant_.to_original.push_back(plan_.isolated[k]); }
   void told_part(PacketPart part);
 
  private:
@@ -144,13 +139,13 @@ class PlanWriter {
   }
 
   [[nodiscard]] double original(std::uint32_t vertex, std::size_t axis) const {
-    return plan_.original->positions[plan_.to_original[vertex]][axis];
+    return plan_.original->positions[variant_.to_original[vertex]][axis];
   }
 
-  EncodingPlan& plan_;
-  std::span<const PassRecord> passes_;
-  bool with_isolated_;
-  bool with_exactness_;
+  const EncodingPlan& plan_;
+  const Descent& descent_;
+  PacketPlan packet_;
+  Variant& variant_;
   RangeEncoder encoder_;
   std::size_t pass_ = 0;
   std::size_t next_symbol_ = 0;
@@ -158,21 +153,19 @@ class PlanWriter {
   double counted_bits_ = 0;
   std::vector<std::uint32_t> base_first_;  ///< by decoder face: the base's half-edge that is its first
   std::vector<std::uint32_t> told_;        ///< by half-edge of the base: the decoder's, kNone while not told
-  std::vector<std::uint32_t> to_decoder_;  ///< by original vertex, of the base
+  std::vector<std::uint32_t> to_decoder_;  ///< by vertex of the base
 };
 
 inline bool PlanWriter::wanted_boundary() const {
-  for (std::uint32_t h = 0; h < 3 * plan_.base.face_count(); ++h) {
-    if (!plan_.base.is_free_slot(HalfEdgeMesh::face_of(h)) && plan_.base.opposite(h) == kNone) return true;
+  for (std::uint32_t h = 0; h < 3 * descent_.base.face_count(); ++h) {
+    if (descent_.base.opposite(h) == kNone) return true;
   }
   return false;
 }
 
 inline std::vector<std::int32_t> PlanWriter::wanted_values(std::size_t axis, unsigned shift) const {
   std::vector<std::int32_t> values;
-  for (std::uint32_t v = 0; v < plan_.base.vertex_count(); ++v) {
-    if (plan_.base.outgoing(v) != kNone) values.push_back(plan_.points[v][axis] >> shift);
-  }
+  for (std::uint32_t v : descent_.base_vertices) values.push_back(plan_.points[v][axis] >> shift);
   const std::size_t vertices = values.size();
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
@@ -183,7 +176,7 @@ inline std::vector<std::int32_t> PlanWriter::wanted_values(std::size_t axis, uns
 }
 
 inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
-  const HalfEdgeMesh& base = plan_.base;
+  const HalfEdgeMesh& base = descent_.base;
   const std::uint32_t across = base.opposite(planned(halfedge));
   if (across == kNone) return {BaseStep::Kind::boundary, kNone, false};
   if (to_decoder_[base.apex(across)] == kNone) return {BaseStep::Kind::new_vertex, kNone, false};
@@ -198,26 +191,26 @@ inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
 
 inline void PlanWriter::told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t /*face*/) {
   if (to_decoder_.empty()) {
-    to_decoder_.assign(plan_.base.vertex_count(), kNone);
-    told_.assign(3 * std::size_t{plan_.base.face_count()}, kNone);
+    to_decoder_.assign(descent_.base.vertex_count(), kNone);
+    told_.assign(3 * std::size_t{descent_.base.face_count()}, kNone);
   }
-  const Seed& seed = plan_.seeds[component];
-  const std::uint32_t h = plan_.base.find_halfedge(seed.s, seed.t);
+  const Seed& seed = descent_.seeds[component];
+  const std::uint32_t h = descent_.base.find_halfedge(seed.s, seed.t);
   tell(h);
-  const std::uint32_t third = plan_.base.apex(h);
+  const std::uint32_t third = descent_.base.apex(h);
   std::uint32_t number = first_vertex;
   for (std::uint32_t v : {seed.s, seed.t, third}) {
     to_decoder_[v] = number++;
-    plan_.to_original.push_back(v);
+    variant_.to_original.push_back(descent_.base_vertices[v]);
   }
 }
 
 inline void PlanWriter::told_face(std::uint32_t beyond, std::uint32_t /*face*/, std::uint32_t vertex) {
-  const std::uint32_t across = plan_.base.opposite(planned(beyond));
+  const std::uint32_t across = descent_.base.opposite(planned(beyond));
   tell(across);
-  if (vertex < plan_.to_original.size()) return;
-  to_decoder_[plan_.base.apex(across)] = vertex;
-  plan_.to_original.push_back(plan_.base.apex(across));
+  if (vertex < variant_.to_original.size()) return;
+  to_decoder_[descent_.base.apex(across)] = vertex;
+  variant_.to_original.push_back(descent_.base_vertices[descent_.base.apex(across)]);
 }
 
 inline void PlanWriter::told_part(PacketPart part) {
@@ -226,22 +219,22 @@ inline void PlanWriter::told_part(PacketPart part) {
   counted_bits_ = now;
   switch (part) {
     case PacketPart::base:
-      plan_.bits.base += spent;
+      variant_.bits.base += spent;
       break;
     case PacketPart::connectivity:
-      plan_.bits.connectivity += spent;
+      variant_.bits.connectivity += spent;
       break;
     case PacketPart::geometry:
-      plan_.bits.geometry += spent;
+      variant_.bits.geometry += spent;
       break;
     case PacketPart::precision:
-      plan_.bits.precision += spent;
+      variant_.bits.precision += spent;
       break;
     case PacketPart::isolated:
-      plan_.bits.isolated += spent;
+      variant_.bits.isolated += spent;
       break;
     case PacketPart::exactness:
-      plan_.bits.exactness += spent;
+      variant_.bits.exactness += spent;
       break;
   }
 }

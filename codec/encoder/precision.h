@@ -23,6 +23,7 @@ Alignment alignment_of(const TriangleMesh& mesh, std::span<const LatticePoint> p
 
 class PrecisionPlan {
  public:
+  PrecisionPlan() = default;
   /// `points` are the mesh's vertices on the lattice. [linear in the faces]
   PrecisionPlan(const TriangleMesh& mesh, std::span<const LatticePoint> points, Alignment alignment);
 
@@ -33,7 +34,7 @@ class PrecisionPlan {
  private:
   double area_ = 0;
   double vertices_ = 1;
-  Alignment alignment_;
+  Alignment alignment_ = Alignment::none;
 };
 
 }  // namespace pmcd::codec

@@ -20,11 +20,6 @@ constexpr std::size_t kGuesses = 24;
 // Of the gaps, how many must be multiples of a step.
 constexpr double kWorthShare = 0.6;
 
-struct Value {
-  double value = 0;
-  double blur = 0;  // half a rounding
-};
-
 struct Gap {
   double size = 0;
   double blur = 0;
@@ -40,7 +35,7 @@ double blur_of(double value, const Decimals* fine, Scalar scalar) {
   return (from_ordered(ordered + 1, scalar) - from_ordered(ordered, scalar)) * 2;
 }
 
-std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, const Decimals* fine, double blur) {
+std::vector<RoundedValue> different_values(const TriangleMesh& mesh, std::size_t axis, const Decimals* fine) {
   std::vector<double> all;
   all.reserve(mesh.positions.size());
   for (const Position& p : mesh.positions) all.push_back(p[axis]);
@@ -52,10 +47,10 @@ std::vector<Value> different_values(const TriangleMesh& mesh, std::size_t axis, 
     all.resize(kMostValues);
     std::sort(all.begin(), all.end());
   }
-  std::vector<Value> values;
+  std::vector<RoundedValue> values;
   values.reserve(all.size());
   const double least = all.empty() ? 0 : std::max(std::abs(all.front()), std::abs(all.back())) * 0x1p-51;
-  for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar)) + blur});
+  for (double value : all) values.push_back({value, std::max(least, blur_of(value, fine, mesh.scalar))});
   return values;
 }
 
@@ -92,15 +87,19 @@ double refine(std::span<const Gap> gaps, const Gap& guess, double& step) {
 
 }  // namespace
 
-std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Decimals* fine, double blur) {
-  std::array<std::vector<Value>, 3> values;
+SteppedGridSearch::SteppedGridSearch(const TriangleMesh& mesh, const Decimals* fine) {
+  for (std::size_t axis = 0; axis < 3; ++axis) sharp_[axis] = different_values(mesh, axis, fine);
+}
+
+std::optional<SteppedGrid> SteppedGridSearch::find(double blur) const {
+  std::array<std::vector<RoundedValue>, 3> values = sharp_;
   std::vector<Gap> gaps;
   double extent = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    values[axis] = different_values(mesh, axis, fine, blur);
+    for (RoundedValue& value : values[axis]) value.blur += blur;
     for (std::size_t i = 1; i < values[axis].size(); ++i) {
-      const Value& a = values[axis][i - 1];
-      const Value& b = values[axis][i];
+      const RoundedValue& a = values[axis][i - 1];
+      const RoundedValue& b = values[axis][i];
       gaps.push_back({b.value - a.value, a.blur + b.blur});
       extent = std::max(extent, values[axis].back().value - values[axis].front().value);
     }
@@ -138,10 +137,11 @@ std::optional<SteppedGrid> find_stepped_grid(const TriangleMesh& mesh, const Dec
   std::vector<Point> points;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (values[axis].empty()) continue;
-    const auto sharpest = std::min_element(values[axis].begin(), values[axis].end(),
-                                           [](const Value& a, const Value& b) { return a.blur < b.blur; });
+    const auto sharpest =
+        std::min_element(values[axis].begin(), values[axis].end(),
+                         [](const RoundedValue& a, const RoundedValue& b) { return a.blur < b.blur; });
     anchor[axis] = sharpest->value;
-    for (const Value& v : values[axis]) points.push_back({v.value - anchor[axis], 1 / (v.blur * v.blur), axis});
+    for (const RoundedValue& v : values[axis]) points.push_back({v.value - anchor[axis], 1 / (v.blur * v.blur), axis});
   }
   std::sort(points.begin(), points.end(),
             [](const Point& a, const Point& b) { return std::abs(a.distance) < std::abs(b.distance); });

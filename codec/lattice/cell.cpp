@@ -53,9 +53,14 @@ std::uint64_t Cell::nearest(double coordinate) const {
   };
   // The number above was found with a rounding: look at its neighbours too.
   std::uint64_t best = limited(above);
+  double least = std::abs(value(best) - coordinate);
   for (std::int64_t number = above - 2; number <= above + 1; ++number) {
     const std::uint64_t other = limited(number);
-    if (std::abs(value(other) - coordinate) < std::abs(value(best) - coordinate)) best = other;
+    if (other == best) continue;
+    const double away = std::abs(value(other) - coordinate);
+    if (!(away < least)) continue;
+    best = other;
+    least = away;
   }
   return best;
 }

@@ -15,6 +15,7 @@ struct Coded {
   std::vector<std::byte> bytes;
   LevelState written;
   EncodingPlan plan;
+  Variant variant;
 };
 
 Coded coded(const TriangleMesh& mesh, unsigned bits, unsigned shift) {
@@ -22,9 +23,8 @@ Coded coded(const TriangleMesh& mesh, unsigned bits, unsigned shift) {
   result.written.lattice = *Lattice::over(mesh, bits);
   result.plan.original = &mesh;
   for (const Position& p : mesh.positions) result.plan.points.push_back(result.written.lattice.snap(p));
-  result.plan.base = *HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
-  result.plan.seeds = choose_seeds(result.plan.base);
-  PlanWriter writer(result.plan, {}, false, false, result.bytes);
+  const Descent whole = stay(*HalfEdgeMesh::build(mesh.faces, mesh.positions.size()));
+  PlanWriter writer(result.plan, whole, {}, result.variant, result.bytes);
   const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
   const Status status =
       code_base_mesh(result.written, writer, vertices, static_cast<std::uint32_t>(mesh.faces.size()), shift);
@@ -50,12 +50,12 @@ void expect_read_as_written(const TriangleMesh& mesh, unsigned bits, unsigned sh
   std::vector<Face> faces;
   for (std::uint32_t f = 0; f < read.mesh.face_count(); ++f) {
     Face face = read.mesh.face(f);
-    for (std::uint32_t& v : face) v = base.plan.to_original[v];
+    for (std::uint32_t& v : face) v = base.variant.to_original[v];
     faces.push_back(face);
   }
   EXPECT_EQ(sorted_faces(faces), sorted_faces(mesh.faces));
   for (std::uint32_t v = 0; v < read.points.size(); ++v) {
-    const LatticePoint cell = cell_of(base.plan.points[base.plan.to_original[v]], shift);
+    const LatticePoint cell = cell_of(base.plan.points[base.variant.to_original[v]], shift);
     ASSERT_EQ(read.points[v], middle_of(cell, shift));
   }
 }

@@ -317,7 +317,7 @@ TEST(SteppedGridTest, IsFoundUnderTheRounding) {
           }
         }
         const Decimals six{{1, -14}, 6};
-        const std::optional<SteppedGrid> grid = find_stepped_grid(mesh, decimal ? &six : nullptr);
+        const std::optional<SteppedGrid> grid = SteppedGridSearch(mesh, decimal ? &six : nullptr).find();
         ASSERT_TRUE(grid) << step;
         EXPECT_NEAR(grid->step, step, step * 1e-7);
         Encoded encoded;
@@ -333,10 +333,10 @@ TEST(SteppedGridTest, IsFoundUnderTheRounding) {
 TEST(SteppedGridTest, IsNotFoundInNoise) {
   const TriangleMesh floats =
       made_of([](double x, Random& random) { return x + 1e-3 * random.unit(); }, Scalar::float32, 1);
-  EXPECT_FALSE(find_stepped_grid(floats, nullptr));
-  EXPECT_FALSE(find_stepped_grid(cloud({}), nullptr));
-  EXPECT_FALSE(find_stepped_grid(cloud({{1, 2, 3}}), nullptr));
-  EXPECT_FALSE(find_stepped_grid(cloud(std::vector<Position>(100, Position{1, 1, 1})), nullptr));
+  EXPECT_FALSE(SteppedGridSearch(floats, nullptr).find());
+  EXPECT_FALSE(SteppedGridSearch(cloud({}), nullptr).find());
+  EXPECT_FALSE(SteppedGridSearch(cloud({{1, 2, 3}}), nullptr).find());
+  EXPECT_FALSE(SteppedGridSearch(cloud(std::vector<Position>(100, Position{1, 1, 1})), nullptr).find());
 }
 
 TEST(Exactness, TranslatedDecimalsAreStrays) {
