@@ -22,16 +22,16 @@ bool same_bits(const Position& a, const Position& b) {
   return true;
 }
 
-Face smallest_first(Face face) {
-  while (face[0] > face[1] || face[0] > face[2]) std::rotate(face.begin(), face.begin() + 1, face.end());
-  return face;
+Face smallest_first(const Face& face) {
+  if (face[0] < face[1]) return face[0] < face[2] ? face : Face{face[2], face[0], face[1]};
+  return face[1] < face[2] ? Face{face[1], face[2], face[0]} : Face{face[2], face[0], face[1]};
 }
 
 // Faces by their smallest corner, sorted within: equal multisets of cyclic triples give equal arrays.
 std::vector<std::array<std::uint32_t, 2>> sorted_triples(std::span<const Face> faces, std::size_t vertex_count,
                                                          std::vector<std::uint32_t>& start) {
   start.assign(vertex_count + 1, 0);
-  for (const Face& face : faces) ++start[smallest_first(face)[0] + 1];
+  for (const Face& face : faces) ++start[std::min({face[0], face[1], face[2]}) + 1];
   for (std::size_t v = 0; v < vertex_count; ++v) start[v + 1] += start[v];
   std::vector<std::array<std::uint32_t, 2>> rest(faces.size());
   std::vector<std::uint32_t> cursor(start.begin(), start.end() - 1);
