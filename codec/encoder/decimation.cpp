@@ -49,7 +49,7 @@ class RemovingDriver {
     const Triangulation& triangulation = cleaning            ? interior_triangulation(3, Tag::plus, Tag::minus)
                                          : patch.is_border() ? border_triangulation(patch.size, patch.closing, tag_t)
                                                              : interior_triangulation(patch.size, tag_s, tag_t);
-    if (!keeps_manifold(mesh_, patch, triangulation) || !keeps_shape(points_, patch, triangulation, limits_)) {
+    if (!keeps_shape(points_, patch, triangulation, limits_) || !keeps_manifold(mesh_, patch, triangulation)) {
       return kNull;
     }
     remove_centre(mesh_, patch, triangulation);
