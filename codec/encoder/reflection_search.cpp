@@ -58,14 +58,18 @@ class Occupied {
 };
 
 // The share of a sample of vertices that have a vertex within a step of their image. `standing`: all vertices.
+// 0 if the share cannot become more than `to_beat`.
 double share_of(const Reflection& reflection, const Images& standing, const Occupied& occupied,
-                std::span<const LatticePoint> points) {
+                std::span<const LatticePoint> points, double to_beat) {
   constexpr std::int32_t kStep = 2;
+  const std::size_t stride = points.size() / kSampledVertices + 1;
+  const std::size_t sampled = (points.size() + stride - 1) / stride;
   std::size_t hits = 0;
-  std::size_t tried = 0;
-  for (std::size_t v = 0; v < points.size(); v += points.size() / kSampledVertices + 1) {
+  auto share = [&](std::size_t of_them) { return static_cast<double>(of_them) / static_cast<double>(sampled); };
+  for (std::size_t v = 0; v < points.size(); v += stride) {
+    const std::size_t misses = v / stride - hits;
+    if (share(sampled - misses) <= to_beat) return 0;
     const LatticePoint image = reflection.image(in_halves(points[v]));
-    ++tried;
     if (!occupied.near(image, kStep)) continue;
     const Images::Nearby nearby = standing.near(image);
     for (std::size_t i = 0; i < nearby.size; ++i) {
@@ -78,7 +82,7 @@ double share_of(const Reflection& reflection, const Images& standing, const Occu
       break;
     }
   }
-  return static_cast<double>(hits) / static_cast<double>(std::max<std::size_t>(1, tried));
+  return share(hits);
 }
 
 }  // namespace
@@ -103,13 +107,16 @@ Reflection find_reflection(std::span<const LatticePoint> points, std::int32_t mo
   }
   double best_share = kWorthShare;
   for (unsigned flips = 1; flips < 8; ++flips) {
+    LatticePoint centre{};
     for (bool about_zero : {false, true}) {
       Reflection reflection;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         reflection.flips[axis] = (flips >> axis & 1) != 0;
         if (reflection.flips[axis]) reflection.sum[axis] = about_zero ? 4 * zero[axis] : 2 * (low[axis] + high[axis]);
       }
-      const double share = share_of(reflection, standing, occupied, points);
+      if (about_zero && reflection.sum == centre) continue;
+      if (!about_zero) centre = reflection.sum;
+      const double share = share_of(reflection, standing, occupied, points, best_share);
       if (share <= best_share) continue;
       best_share = share;
       best = reflection;
