@@ -2,7 +2,6 @@
 #include "codec/encoder/proof.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <string>
 
@@ -28,16 +27,16 @@ Face smallest_first(const Face& face) {
 }
 
 // Faces by their smallest corner, sorted within: equal multisets of cyclic triples give equal arrays.
-std::vector<std::array<std::uint32_t, 2>> sorted_triples(std::span<const Face> faces, std::size_t vertex_count,
-                                                         std::vector<std::uint32_t>& start) {
+std::vector<std::uint64_t> sorted_triples(std::span<const Face> faces, std::size_t vertex_count,
+                                          std::vector<std::uint32_t>& start) {
   start.assign(vertex_count + 1, 0);
   for (const Face& face : faces) ++start[std::min({face[0], face[1], face[2]}) + 1];
   for (std::size_t v = 0; v < vertex_count; ++v) start[v + 1] += start[v];
-  std::vector<std::array<std::uint32_t, 2>> rest(faces.size());
+  std::vector<std::uint64_t> rest(faces.size());
   std::vector<std::uint32_t> cursor(start.begin(), start.end() - 1);
   for (const Face& face : faces) {
     const Face turned = smallest_first(face);
-    rest[cursor[turned[0]]++] = {turned[1], turned[2]};
+    rest[cursor[turned[0]]++] = std::uint64_t{turned[1]} << 32 | turned[2];
   }
   for (std::size_t v = 0; v < vertex_count; ++v) std::sort(rest.begin() + start[v], rest.begin() + start[v + 1]);
   return rest;

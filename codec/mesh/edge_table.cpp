@@ -2,7 +2,6 @@
 #include "codec/mesh/edge_table.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace pmcd::codec {
@@ -26,19 +25,20 @@ EdgeTable::EdgeTable(std::span<const Face> faces, std::size_t vertex_count) {
   for_each([&](std::uint32_t h, std::uint32_t low, std::uint32_t /*high*/) { halfedge_[cursor[low]++] = h; });
   start_.reserve(halfedges / 2 + 2);
   start_.push_back(0);
-  std::vector<std::array<std::uint32_t, 2>> few;  // larger vertex, half-edge
+  std::vector<std::uint64_t> few;  // larger vertex, then half-edge
   for (std::uint32_t v = 0; v < vertex_count; ++v) {
     few.clear();
     for (std::uint32_t i = bucket[v]; i < bucket[v + 1]; ++i) {
       const std::uint32_t h = halfedge_[i];
       const Face& face = faces[h / 3];
       const std::uint32_t a = face[h % 3];
-      few.push_back({a == v ? face[h % 3 == 2 ? 0 : h % 3 + 1] : a, h});
+      const std::uint32_t high = a == v ? face[h % 3 == 2 ? 0 : h % 3 + 1] : a;
+      few.push_back(std::uint64_t{high} << 32 | h);
     }
     std::sort(few.begin(), few.end());
     for (std::uint32_t i = 0; i < few.size(); ++i) {
-      halfedge_[bucket[v] + i] = few[i][1];
-      if (i > 0 && few[i][0] != few[i - 1][0]) start_.push_back(bucket[v] + i);
+      halfedge_[bucket[v] + i] = static_cast<std::uint32_t>(few[i]);
+      if (i > 0 && few[i] >> 32 != few[i - 1] >> 32) start_.push_back(bucket[v] + i);
     }
     if (!few.empty()) start_.push_back(bucket[v + 1]);
   }

@@ -80,7 +80,8 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
       if (halfedges.size() == 1) continue;
       const std::uint32_t a = halfedges[0];
       const std::uint32_t b = halfedges[1];
-      if (const auto twins = same_faces(faces, halfedges)) {
+      const bool plain = halfedges.size() == 2 && mesh.apex(a) != mesh.apex(b);  // so not the same face twice
+      if (const auto twins = plain ? std::nullopt : same_faces(faces, halfedges)) {
         return Error{ErrorCode::duplicate_face, twins->second,
                      "faces " + std::to_string(twins->first) + " and " + std::to_string(twins->second) +
                          " have the same vertices"};
