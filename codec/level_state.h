@@ -21,8 +21,8 @@ namespace pmcd::codec {
 
 /// The models live on from packet to packet; nothing is reset.
 struct Models {
-  SymbolModel symbol;
-  SymbolModel clean;  ///< of cleaning passes
+  SymbolModel symbol{PassKind::decimating};
+  SymbolModel clean{PassKind::cleaning};
   AdaptiveBit ear;    ///< beyond a boundary edge, in ear passes
   PositionModels position;
   std::array<SignedModel, 3> isolated;  ///< per axis

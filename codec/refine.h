@@ -13,6 +13,7 @@
 #include "codec/conquest/ears.h"
 #include "codec/geometry/position_coder.h"
 #include "codec/geometry/provisional.h"
+#include "codec/geometry/ring_walk.h"
 #include "codec/level_state.h"
 #include "codec/result.h"
 #include "codec/source.h"
@@ -24,6 +25,14 @@ struct LevelBounds {
   std::uint32_t vertices = 0;
   std::uint32_t faces = 0;
 };
+
+/// sum / count, rounded, halves up. REQUIRES: 3 <= count <= 6, sum < 2^28; then this is what division gives, in less
+/// time.
+inline std::int32_t rounded_mean(std::uint32_t sum, unsigned count) {
+  constexpr auto inverse = [](unsigned n) { return (std::uint64_t{1} << 40) / (2 * n) + 1; };
+  constexpr std::array<std::uint64_t, 7> kInverse = {0, 0, 0, inverse(3), inverse(4), inverse(5), inverse(6)};
+  return static_cast<std::int32_t>(((2 * sum + count) * kInverse[count]) >> 40);
+}
 
 /// The conquest's driver on the decoder's side: opens patches and inserts vertices at provisional positions.
 template <typename Source>
@@ -38,7 +47,6 @@ class InsertingDriver {
         source_(source),
         surroundings_(state.mesh, state.points, kind, previous, bounds.vertices) {}
 
-  void foresee(std::uint32_t gate, unsigned distance) const { surroundings_.foresee(state_.mesh, gate, distance); }
   void step_over(std::uint32_t gate) { surroundings_.keep(state_.mesh, gate); }
 
   Symbol decide(std::uint32_t gate, Tag tag_s, Tag tag_t, Patch& patch) {
@@ -46,14 +54,14 @@ class InsertingDriver {
     const Symbol wanted = source_.wanted_symbol();
     HalfEdgeMesh& mesh = state_.mesh;
     SymbolModel& model = kind_ == PassKind::cleaning ? state_.models.clean : state_.models.symbol;
-    const std::span<const Hypothesis> hypotheses = surroundings_.look(mesh, marks_, gate, tag_s, tag_t);
-    const Hypothesis& holds = model.code(source_, mesh, marks_, gate, tag_s, tag_t, hypotheses, wanted);
-    const Symbol symbol = holds.symbol;
+    const Hypothesis* holds = model.code(source_, surroundings_, mesh, marks_, gate, tag_s, tag_t, wanted);
+    if (holds == nullptr) return kImpossible;
+    const Symbol symbol = holds->symbol;
     if (symbol == kNull) {
       surroundings_.keep(mesh, gate);
       return symbol;
     }
-    patch = holds.patch;
+    patch = holds->patch;
     if (mesh.vertex_count() >= bounds_.vertices ||
         mesh.face_count() + 2 > bounds_.faces + (patch.is_border() ? 1 : 0)) {
       return kImpossible;
@@ -66,13 +74,11 @@ class InsertingDriver {
       for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += static_cast<std::uint32_t>(state_.points[v][axis]);
     }
     LatticePoint provisional{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      provisional[axis] = static_cast<std::int32_t>((2 * sum[axis] + patch.size) / (2 * patch.size));
-    }
+    for (std::size_t axis = 0; axis < 3; ++axis) provisional[axis] = rounded_mean(sum[axis], patch.size);
     const std::uint32_t vertex = mesh.add_vertex();
     state_.points.push_back(provisional);
     insert_centre(mesh, patch, triangulation, vertex);
-    surroundings_.insert(holds, triangulation, provisional);
+    surroundings_.insert(*holds, triangulation, provisional);
     source_.told_inserted(vertex);
     return symbol;
   }
@@ -90,8 +96,9 @@ class InsertingDriver {
 template <typename Source>
 bool insert_ears(LevelState& state, const LevelBounds& bounds, Source& source) {
   HalfEdgeMesh& mesh = state.mesh;
-  const std::uint32_t halfedges = 3 * mesh.face_count();
-  for (std::uint32_t h = 0; h < halfedges; ++h) {
+  const std::uint32_t faces = mesh.face_count();
+  for (std::uint32_t i = 0; i < 3 * faces; ++i) {
+    const std::uint32_t h = HalfEdgeMesh::halfedge(i / 3, i % 3);
     if (mesh.opposite(h) != kNone) continue;
     if (!source.bit(state.models.ear, source.wanted_ear(mesh.origin(h)))) continue;
     if (source.failed() || mesh.vertex_count() >= bounds.vertices || mesh.face_count() >= bounds.faces) return false;
@@ -127,11 +134,11 @@ Status code_connectivity(LevelState& state, Marks& marks, PassKind kind, const L
 }
 
 /// A position is known: learns from it and puts the vertex there.
-inline void settle(LevelState& state, Surface& surface, const Expectation& expected, std::uint32_t v,
+inline void settle(LevelState& state, Surface& surface, const Ring& ring, const Expectation& expected, std::uint32_t v,
                    const LatticePoint& point) {
   const RelativeSpread spread = state.predictor.learn(expected, point);
   if (expected.stage != kFurtherDigits) state.spreads[v] = surface[v].spread = spread;
-  surface.move(state.mesh, v, point);
+  surface.move(state.mesh, ring, v, point);
   state.points[v] = point;
 }
 
@@ -142,18 +149,16 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
                       std::size_t later_passes, Source& source) {
   const std::size_t stage = std::min(later_passes, kEarliestPass);
   const std::int32_t most = state.lattice.max_index() >> state.shift;
-  Ring next = first < end ? collect_ring(state.mesh, first) : Ring();
+  RingWalk<> rings(state.mesh, surface, first, end);
   for (std::uint32_t v = first; v < end; ++v) {
-    const Ring ring = next;
-    if (v + 1 < end) next = collect_ring(state.mesh, v + 1);
-    surface.prefetch(next);
+    const Ring& ring = rings.next();
     const Expectation expected = state.predictor.expect(ring, surface, v, state.shift, stage);
     LatticePoint cell{};
     if (source.failed() || !code_position(state.models.position, source, surface, ring, expected, most, state.shift,
                                           nullptr, 0, cell_of(source.wanted_point(v), state.shift), cell)) {
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
-    settle(state, surface, expected, v, middle_of(cell, state.shift));
+    settle(state, surface, ring, expected, v, middle_of(cell, state.shift));
     if (state.models.position.reflection.any()) state.models.position.images.add(state.points[v]);
   }
   return {};
@@ -164,22 +169,26 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
 template <typename Source>
 Status code_digits(LevelState& state, Surface& surface, unsigned shift, std::uint32_t end, Source& source) {
   const std::int32_t most = state.lattice.max_index() >> state.shift;
+  RingWalk<> rings(state.mesh, surface, 0, end);
   for (std::uint32_t v = 0; v < end; ++v) {
-    if (state.mesh.outgoing(v) == kNone) continue;  // isolated: it came with all digits
+    const Ring& ring = rings.next();
+    if (ring.size == 0) continue;  // isolated: it came with all digits
     if (source.failed()) return Error{ErrorCode::corrupt_data, v, "the packet's digits end too early"};
-    const Ring ring = collect_ring(state.mesh, v);
     const Expectation expected = state.predictor.expect(ring, surface, v, state.shift, kFurtherDigits);
     const LatticePoint known = cell_of_middle(state.points[v], shift);
     LatticePoint cell{};
     code_position(state.models.position, source, surface, ring, expected, most, state.shift, &known,
                   shift - state.shift, cell_of(source.wanted_point(v), state.shift), cell);
-    settle(state, surface, expected, v, middle_of(cell, state.shift));
+    settle(state, surface, ring, expected, v, middle_of(cell, state.shift));
   }
   return {};
 }
 
 /// A pass may cost next to no bits but costs a walk over the mesh: so their number is bounded, and each must insert.
 inline constexpr std::uint32_t kMaxPasses = 1024;
+
+/// The faces that are clear (SymbolModel::set_clear) where positions are guessed often; where they are not, all are.
+inline constexpr float kClear = 0.8f;
 
 /// A refinement packet: its passes, coarse to fine; `shift`: digits that positions lack after it. Errors: corrupt_data.
 template <typename Source>
@@ -191,6 +200,8 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
     return Error{ErrorCode::corrupt_data, shift, "digits of positions can only be added, a few at a time"};
   }
   const auto guessing = static_cast<Guessing>(source.raw(static_cast<std::uint32_t>(source.wanted_guessing()), 1));
+  state.models.symbol.set_clear(guessing == Guessing::once ? 0.0f : kClear);
+  state.models.clean.set_clear(guessing == Guessing::once ? 0.0f : kClear);
   const std::uint32_t passes = source.raw(source.wanted_passes(), 11);
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
 
@@ -227,6 +238,7 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
     if (pass == 0 || guessing == Guessing::often) place_provisionally(state.mesh, surface, first, most);
+    if (guessing == Guessing::often) surface.build_normals(state.mesh);
     Status status = code_positions(state, surface, first, pass_end[pass], pass_end.size() - 1 - pass, source);
     if (!status) return status;
     first = pass_end[pass];

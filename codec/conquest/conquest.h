@@ -49,13 +49,18 @@ inline constexpr std::uint8_t kSeedParent = 2 + 5 * 5;
 inline constexpr std::uint8_t kSteppedParent = kSeedParent + 1;  ///< over a face, in a cleaning conquest
 inline constexpr std::size_t kParents = kSteppedParent + 1;
 
+/// A half-edge before which something is to be decided.
+struct Gate {
+  std::uint32_t halfedge;
+  std::uint8_t parent;  ///< where it came from (parent_code)
+};
+
 /// What a pass remembers of the mesh; cleared at its start, kept from pass to pass for its memory.
 struct Marks {
   std::vector<std::uint8_t> face;       ///< not 0: conquered
   std::vector<std::uint8_t> conquered;  ///< by vertex
   std::vector<Tag> tag;                 ///< by vertex
-  std::vector<std::uint32_t> queue;     ///< gates, first in first out
-  std::vector<std::uint8_t> parent;     ///< by place in the queue: where the gate came from (parent_code)
+  std::vector<Gate> queue;              ///< first in first out
   std::vector<std::uint32_t> order;     ///< faces as they were conquered
   std::uint8_t gate_parent = 0;         ///< of the gate that is being decided
 
@@ -64,7 +69,6 @@ struct Marks {
     conquered.assign(mesh.vertex_count(), 0);
     tag.assign(mesh.vertex_count(), Tag::none);
     queue.clear();
-    parent.clear();
     order.clear();
     order.reserve(mesh.face_count());
   }
@@ -75,26 +79,22 @@ struct Marks {
   }
 };
 
-inline constexpr std::size_t kForesight = 3;  ///< gates
 /// So many gates that the walk has passed are still kept.
 inline constexpr std::ptrdiff_t kMostPassedGates = 1 << 16;
 
 /// One pass over all components. Driver: `Symbol decide(gate, Tag s, Tag t, Patch&)` answers what stands before the
 /// gate and, unless it is a null patch, has rewritten it and filled the patch; kImpossible ends the walk.
-/// `void foresee(gate, distance)`: the walk comes to the gate soon (distance 2) or very soon (1), if it is still open
-/// then; nothing depends on it but speed. `void step_over(gate)`: the face before the gate is conquered as it is,
-/// without a symbol (cleaning only). Answers false only then. [linear in the faces]
+/// `void step_over(gate)`: the face before the gate is conquered as it is, without a symbol (cleaning only). Answers
+/// false only after kImpossible. [linear in the faces]
 template <typename Driver>
 bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kind, Marks& marks, Driver& driver) {
   marks.clear(mesh);
   auto push = [&](std::uint32_t gate, std::uint8_t parent) {
-    if (gate == kNone) return;
-    marks.queue.push_back(gate);
-    marks.parent.push_back(parent);
+    if (gate != kNone && marks.face[HalfEdgeMesh::face_of(gate)] == 0) marks.queue.push_back({gate, parent});
   };
+  Patch patch;
   for (const Seed& seed : seeds) {
     marks.queue.clear();
-    marks.parent.clear();
     marks.conquered[seed.s] = marks.conquered[seed.t] = 1;
     marks.tag[seed.t] = Tag::plus;
     marks.tag[seed.s] = Tag::minus;
@@ -105,23 +105,14 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
     for (std::size_t head = 0; head < marks.queue.size(); ++head) {
       if (head == kMostPassedGates) {
         marks.queue.erase(marks.queue.begin(), marks.queue.begin() + kMostPassedGates);
-        marks.parent.erase(marks.parent.begin(), marks.parent.begin() + kMostPassedGates);
         head = 0;
       }
-      // The walk is a walk over memory: what the next gates need is fetched while this one is decided.
-      if (head + 3 * kForesight < marks.queue.size()) mesh.foresee(marks.queue[head + 3 * kForesight]);
-      for (unsigned step = 1; step < 3; ++step) {
-        if (head + step * kForesight >= marks.queue.size()) break;
-        const std::uint32_t soon = marks.queue[head + step * kForesight];
-        if (marks.face[HalfEdgeMesh::face_of(soon)] == 0) driver.foresee(soon, step);
-      }
-      const std::uint32_t gate = marks.queue[head];
-      // A gate whose face was rewritten since it was queued lies in a conquered slot too.
+      const auto [gate, parent] = marks.queue[head];
+      // A face that was rewritten since lies in a conquered slot too.
       if (marks.face[HalfEdgeMesh::face_of(gate)] != 0) continue;
       const Tag tag_s = marks.tag[mesh.origin(gate)];
       const Tag tag_t = marks.tag[mesh.target(gate)];
-      marks.gate_parent = marks.parent[head];
-      Patch patch;
+      marks.gate_parent = parent;
       const Symbol symbol = driver.decide(gate, tag_s, tag_t, patch);
       if (symbol == kImpossible) return false;
       if (symbol == kNull) {

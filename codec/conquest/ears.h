@@ -31,11 +31,11 @@ inline void insert_ear(HalfEdgeMesh& mesh, std::uint32_t h, std::uint32_t x) {
   const std::uint32_t b = mesh.target(h);
   const std::uint32_t face = mesh.add_face();
   mesh.set_face(face, b, a, x);
-  mesh.link(3 * face, h);
-  mesh.link(3 * face + 1, kNone);
-  mesh.link(3 * face + 2, kNone);
-  mesh.set_outgoing(a, 3 * face + 1);
-  mesh.set_outgoing(x, 3 * face + 2);
+  mesh.link(HalfEdgeMesh::halfedge(face, 0), h);
+  mesh.link(HalfEdgeMesh::halfedge(face, 1), kNone);
+  mesh.link(HalfEdgeMesh::halfedge(face, 2), kNone);
+  mesh.set_outgoing(a, HalfEdgeMesh::halfedge(face, 1));
+  mesh.set_outgoing(x, HalfEdgeMesh::halfedge(face, 2));
   mesh.change_face_valence(a, 1);
   mesh.change_face_valence(b, 1);
   mesh.change_face_valence(x, 1);

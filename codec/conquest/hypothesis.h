@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What could stand before a gate, each possibility with what the geometry says of it: a vertex that was removed leaves
 // faces too large and diagonals too long against the refined faces nearby, its patch and not another would bring the
-// valences right, and parallelograms over refined neighbours point at where it was.
+// valences right, and parallelograms over refined neighbours point at where it was. The gate's face can be looked at
+// alone first, which is cheap; patches need what collect_polygon and the whole ring tell.
 // Geometry that predicts connectivity goes back to Lewiner et al. (GEncode, 2004) and Kaelberer et al. (FreeLence,
 // 2005); these features are ours. What the bits a vertex would grow by without them, on seven meshes: diagonals 0.06,
 // parallelograms 0.05, sums of valences, largest and smallest face 0.015 each, others about 0.01 or less.
@@ -32,6 +33,19 @@ inline constexpr std::size_t kSymbolRows = 5 + kBorderSymbols;
 inline constexpr std::size_t kVertexStates = 4 * 10;
 inline constexpr std::uint8_t kNoVertex = kVertexStates;  ///< where there are fewer
 
+/// What tells whether the face before the gate stays as it is: features of the face and of the two beyond it, and of
+/// s, t, the front and the apexes of those two by the tag that they have: how open they are, their valence.
+inline constexpr std::size_t kFaceInputs = 32;
+using FaceInputs = Lanes<kFaceInputs>;
+inline constexpr std::size_t kFaceCorners = 5;
+inline constexpr std::size_t kCornerStates = kFaceCorners * 3 * kVertexStates;
+inline constexpr std::uint16_t kNoCorner = kCornerStates;  ///< nothing undecided lies beyond
+struct FaceView {
+  FaceInputs input;  ///< features, see hypothesis.cpp
+  std::array<std::uint16_t, kFaceCorners> corner{};
+};
+
+/// What could stand before the gate.
 struct Hypothesis {
   Symbol symbol = kNull;
   std::uint8_t row = 0;
@@ -51,30 +65,16 @@ class Surroundings {
   Surroundings(const HalfEdgeMesh& mesh, std::span<const LatticePoint> points, PassKind kind, std::uint32_t previous,
                std::uint32_t most_vertices);
 
+  /// What speaks for the null patch or against it. The answer holds until the next call. [constant]
+  const FaceView& look_at_face(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate);
+
+  /// The null patch; its features are those of the last call of look().
+  [[nodiscard]] const Hypothesis& null() const { return hypothesis_[0]; }
+
   /// All that could stand before the gate; the null patch comes first, then border patches, then 6 to 3. The answer
-  /// holds until the next call. [constant]
+  /// holds until the next call. REQUIRES: look_at_face was asked of this gate last. [constant]
   std::span<const Hypothesis> look(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, Tag tag_s,
                                    Tag tag_t);
-
-  /// Has what look() reads first brought near. Distance 2: what the gate's own face tells; 1: what lies beyond.
-  void foresee(const HalfEdgeMesh& mesh, std::uint32_t gate, unsigned distance) const {
-    if (distance > 1) {
-      __builtin_prefetch(&face_[HalfEdgeMesh::face_of(gate)]);
-      __builtin_prefetch(&vertex_[mesh.apex(gate)]);
-    }
-    for (const std::uint32_t inner : {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)}) {
-      const std::uint32_t across = mesh.opposite(inner);
-      if (across == kNone) continue;
-      if (distance > 1) {
-        mesh.foresee(across);
-        continue;
-      }
-      __builtin_prefetch(&vertex_[mesh.apex(across)]);
-      mesh.foresee(mesh.opposite(HalfEdgeMesh::next(across)));
-      mesh.foresee(mesh.opposite(HalfEdgeMesh::prev(across)));
-      if (across < 3 * face_.size()) __builtin_prefetch(&face_[HalfEdgeMesh::face_of(across)]);
-    }
-  }
 
   /// The gate's face stays as it is. Call it before anything is marked.
   void keep(const HalfEdgeMesh& mesh, std::uint32_t gate);
@@ -125,16 +125,16 @@ class Surroundings {
   static int star_faces(const Patch& patch, unsigned i) {
     return patch.is_border() && (i == patch.closing || i == patch.closing + 1) ? 1 : 2;
   }
-  // Of an edge as Patch::inside names it.
-  [[nodiscard]] float log_length(std::uint32_t place) const { return face_[place / 4].log_length[place % 4]; }
+  [[nodiscard]] float log_length(std::uint32_t h) const {
+    return face_[HalfEdgeMesh::face_of(h)].log_length[HalfEdgeMesh::edge_of(h)];
+  }
   void fade(float by);
-  [[nodiscard]] std::uint8_t state_of(std::uint32_t v) const;
+  void describe_null(std::uint32_t s, std::uint32_t t, std::uint32_t front);
+  [[nodiscard]] std::uint16_t corner_of(std::uint32_t v, std::size_t place, Tag tag) const;
   [[nodiscard]] Scale measure(std::uint32_t s, std::uint32_t t, std::uint32_t front) const;
-  void describe_null(const HalfEdgeMesh& mesh, const Marks& marks, std::uint32_t gate, const Scale& scale,
-                     Hypothesis& hypothesis) const;
   template <unsigned kSize, bool kIsBorder>
   void describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, const Triangulation& triangulation,
-                      const Scale& scale, Hypothesis& hypothesis) const;
+                      Hypothesis& hypothesis) const;
 
   PassKind kind_;
   std::uint32_t previous_;
@@ -142,6 +142,8 @@ class Surroundings {
   std::vector<FaceShape> face_;
   std::vector<Vertex> vertex_;
   Pass all_;
+  Scale scale_;  // of the gate that is looked at
+  FaceView face_view_;
   std::array<Hypothesis, kSymbolRows> hypothesis_;
 };
 

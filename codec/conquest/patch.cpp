@@ -95,7 +95,7 @@ bool collect(const HalfEdgeMesh& mesh, std::uint32_t gate, std::span<const std::
       const std::uint32_t h = halfedge[k][(e + 3u - kT.step[k].entry_edge) % 3];
       patch.ring[kT.corner[k][e]] = mesh.origin(h);
       if constexpr (kT.ring_edge[k][e] != Triangulation::kDiagonal) {
-        patch.inside[kT.ring_edge[k][e]] = h + face;
+        patch.inside[kT.ring_edge[k][e]] = h;
         patch.outside[kT.ring_edge[k][e]] = mesh.opposite(h);
       }
     };
@@ -140,11 +140,12 @@ void remove_centre(HalfEdgeMesh& mesh, const Patch& patch, const Triangulation& 
     mesh.set_face(slot, patch.ring[corner[0]], patch.ring[corner[1]], patch.ring[corner[2]]);
     for (unsigned e = 0; e < 3; ++e) {
       const std::uint8_t edge = triangulation.ring_edge[k][e];
-      if (edge != Triangulation::kDiagonal) ring_halfedge[edge] = 3 * slot + e;
+      if (edge != Triangulation::kDiagonal) ring_halfedge[edge] = HalfEdgeMesh::halfedge(slot, e);
     }
     if (k > 0) {
       const auto& step = triangulation.step[k];
-      mesh.link(3 * slot + step.entry_edge, 3 * patch.slots[step.from_triangle] + step.from_edge);
+      mesh.link(HalfEdgeMesh::halfedge(slot, step.entry_edge),
+                HalfEdgeMesh::halfedge(patch.slots[step.from_triangle], step.from_edge));
     }
   }
   for (unsigned k = triangulation.triangles; k < patch.slot_count; ++k) mesh.free_face(patch.slots[k]);
@@ -169,7 +170,7 @@ void insert_centre(HalfEdgeMesh& mesh, Patch& patch, const Triangulation& triang
     if (i == patch.closing) continue;
     const std::uint32_t face = patch.slots[slot++];
     mesh.set_face(face, patch.ring[i], patch.ring[i + 1 < patch.size ? i + 1 : 0], centre);
-    ring_halfedge[i] = 3 * face;
+    ring_halfedge[i] = HalfEdgeMesh::halfedge(face, 0);
   }
   for (unsigned i = 0; i < patch.size; ++i) {
     const unsigned after = i + 1 < patch.size ? i + 1 : 0;

@@ -19,7 +19,7 @@ struct Patch {
   std::uint32_t centre = kNone;                     ///< the vertex removed or inserted; kNone while there is none
   std::array<std::uint32_t, kMaxPatchSize> ring{};  ///< counter-clockwise, 0 = target of the gate
   std::array<std::uint32_t, kMaxPatchSize> outside{};  ///< half-edge across ring edge i, kNone at the boundary
-  /// Where ring edge i lies in the polygon: 4 times its face plus its corner there. By collect_polygon only.
+  /// Half-edge of the polygon that is ring edge i. By collect_polygon only.
   std::array<std::uint32_t, kMaxPatchSize> inside{};
   std::array<std::uint32_t, kMaxPatchSize> slots{};  ///< face slots that the patch takes
   unsigned slot_count = 0;

@@ -38,7 +38,6 @@ class RemovingDriver {
     return symbol;
   }
 
-  void foresee(std::uint32_t /*gate*/, unsigned /*distance*/) const {}
   void step_over(std::uint32_t /*gate*/) {}
 
  private:
@@ -102,14 +101,15 @@ std::vector<Seed> choose_seeds(const HalfEdgeMesh& mesh) {
   std::vector<std::uint32_t> stack;
   for (std::uint32_t start = 0; start < mesh.face_count(); ++start) {
     if (seen[start] != 0) continue;
-    seeds.push_back({mesh.origin(3 * start), mesh.target(3 * start)});
+    const std::uint32_t first = HalfEdgeMesh::halfedge(start, 0);
+    seeds.push_back({mesh.origin(first), mesh.target(first)});
     seen[start] = 1;
     stack.assign(1, start);
     while (!stack.empty()) {
       const std::uint32_t face = stack.back();
       stack.pop_back();
-      for (std::uint32_t h = 3 * face; h < 3 * face + 3; ++h) {
-        const std::uint32_t across = mesh.opposite(h);
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        const std::uint32_t across = mesh.opposite(HalfEdgeMesh::halfedge(face, i));
         if (across == kNone || seen[HalfEdgeMesh::face_of(across)] != 0) continue;
         seen[HalfEdgeMesh::face_of(across)] = 1;
         stack.push_back(HalfEdgeMesh::face_of(across));

@@ -52,12 +52,17 @@ Descent from_base(const HalfEdgeMesh& mesh, std::span<const Seed> seeds) {
   for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
     if (!mesh.is_free_slot(f)) face[f] = base.add_face();
   }
-  auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * face[HalfEdgeMesh::face_of(h)] + h % 3; };
+  auto moved = [&](std::uint32_t h) {
+    return h == kNone ? kNone : HalfEdgeMesh::halfedge(face[HalfEdgeMesh::face_of(h)], HalfEdgeMesh::edge_of(h));
+  };
   for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
     if (mesh.is_free_slot(f)) continue;
     const Face corners = mesh.face(f);
     base.set_face(face[f], vertex[corners[0]], vertex[corners[1]], vertex[corners[2]]);
-    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) base.link(moved(h), moved(mesh.opposite(h)));
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t h = HalfEdgeMesh::halfedge(f, i);
+      base.link(moved(h), moved(mesh.opposite(h)));
+    }
   }
   for (std::uint32_t v : descent.base_vertices) {
     base.set_outgoing(vertex[v], moved(mesh.outgoing(v)));
@@ -89,7 +94,7 @@ Result<EncodingPlan> make_plan(const TriangleMesh& mesh, std::optional<unsigned>
   if (!halfedges) return halfedges.error();
   built = std::move(halfedges).value();
   plan.isolated = sort_isolated(built, plan.points);
-  for (std::uint32_t h = 0; h < 3 * built.face_count(); ++h) plan.boundary_edges += built.opposite(h) == kNone ? 1 : 0;
+  for (std::uint32_t f = 0; f < built.face_count(); ++f) plan.boundary_edges += built.boundary_edges(f);
   plan.alignment = alignment_of(mesh, plan.points);
   plan.precision = PrecisionPlan(mesh, plan.points, plan.alignment);
   return plan;

@@ -127,8 +127,9 @@ class PlanWriter {
 
  private:
   [[nodiscard]] std::uint32_t planned(std::uint32_t decoder_halfedge) const {
-    return HalfEdgeMesh::face_of(base_first_[decoder_halfedge / 3]) * 3 +
-           (base_first_[decoder_halfedge / 3] + decoder_halfedge % 3) % 3;
+    std::uint32_t h = base_first_[decoder_halfedge / 3];
+    for (std::uint32_t i = decoder_halfedge % 3; i > 0; --i) h = HalfEdgeMesh::next(h);
+    return h;
   }
 
   // The decoder's next face begins with this half-edge of the base.
@@ -157,8 +158,8 @@ class PlanWriter {
 };
 
 inline bool PlanWriter::wanted_boundary() const {
-  for (std::uint32_t h = 0; h < 3 * descent_.base.face_count(); ++h) {
-    if (descent_.base.opposite(h) == kNone) return true;
+  for (std::uint32_t f = 0; f < descent_.base.face_count(); ++f) {
+    if (descent_.base.boundary_edges(f) > 0) return true;
   }
   return false;
 }
@@ -192,7 +193,7 @@ inline BaseStep PlanWriter::wanted_beyond(std::uint32_t halfedge) const {
 inline void PlanWriter::told_component(std::uint32_t component, std::uint32_t first_vertex, std::uint32_t /*face*/) {
   if (to_decoder_.empty()) {
     to_decoder_.assign(descent_.base.vertex_count(), kNone);
-    told_.assign(3 * std::size_t{descent_.base.face_count()}, kNone);
+    told_.assign(4 * std::size_t{descent_.base.face_count()}, kNone);
   }
   const Seed& seed = descent_.seeds[component];
   const std::uint32_t h = descent_.base.find_halfedge(seed.s, seed.t);

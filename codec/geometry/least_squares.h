@@ -37,8 +37,10 @@ class LeastSquares {
     // Instead of shrinking all that was seen, the newest counts more; all is scaled down when it is solved.
     growth_ *= inverse_decay_;
     const float scale = importance * growth_;
-    for (const Equation& equation : equations) {
-      for (std::size_t i = 0; i < Terms; ++i) add_scaled(row_[i], scale * equation.value[i], equation);
+    for (std::size_t i = 0; i < Terms; ++i) {
+      Equation sum = row_[i];
+      for (const Equation& equation : equations) add_scaled(sum, scale * equation.value[i], equation);
+      row_[i] = sum;
     }
     if (++since_solved_ < tuning_.solve_every) return;
     since_solved_ = 0;

@@ -123,6 +123,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
+      const auto variance_f = static_cast<float>(variance);
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       for (std::size_t kind = 0; kind < kinds; ++kind) {
         std::size_t times = 0;
@@ -137,10 +138,11 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
           const std::size_t count = models.values[axis[i]].best_near(centre, 3 * spread + 1, repeated[kind].value);
           times = static_cast<std::size_t>(std::bit_width(count));
         }
-        const double away = (repeated[kind].value - centre) / spread;
-        const double distance = away < 0 ? -away : away;
+        const auto away = static_cast<float>(repeated[kind].value - centre);
+        const float square = away * away;
         // Hard to foresee, so there is no branch.
-        const std::size_t far = (distance >= 0.3 ? 1u : 0u) + (distance >= 1 ? 1u : 0u) + (distance >= 2.5 ? 1u : 0u);
+        const std::size_t far = (square >= 0.09f * variance_f ? 1u : 0u) + (square >= variance_f ? 1u : 0u) +
+                                (square >= 6.25f * variance_f ? 1u : 0u);
         repeated[kind].context = (std::min<std::size_t>(times, 7) * 3 + outcome[kind]) * 4 + far;
       }
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));

@@ -13,8 +13,8 @@ namespace {
 using Fit = Expectation::Fit;
 
 constexpr float kSmallest = 1e-6f;
-constexpr Fit::Tuning kPositionTuning{0.998f, 4, 16};
-constexpr Fit::Weights kPositionPrior{0.3f, 0.3f, 0, 0, 0, 0, 0};
+constexpr Fit::Tuning kPositionTuning{0.998f, 4, 32};
+constexpr Fit::Weights kPositionPrior{0.3f, 0.3f, 0, 0, 0};
 
 template <typename Element, std::size_t Count>
 std::array<Element, Count> copies_of(const Element& element) {
@@ -85,9 +85,6 @@ Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uin
   Four normals{};
   Four near_mean{};
   float near_sum = 0;
-  Four long_mean{};  // weighted by the ring edges at the vertex
-  float perimeter = 0;
-  float edge_before = length(at[0] - at[size - 1]);
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t next = ring.after(i);
     const Four spoke = at[i] - e.mean;
@@ -97,18 +94,11 @@ Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uin
     const float nearness = 1 / (distance + 2);
     near_mean += spoke * nearness;
     near_sum += nearness;
-    const float edge = length(at[next] - at[i]);
-    long_mean += spoke * (edge_before + edge);
-    perimeter += edge_before + edge;
-    edge_before = edge;
-
     const Site& site = surface[ring.vertex[i]];
     signs.neighbours.tangential += site.spread.tangential;
     signs.neighbours.across += site.spread.across;
     bilaplacian += at[i] - site.neighbour_mean(origin);
-    const Four n = site.normal_vector();
-    const float square = dot(n, n);
-    if (square > kSmallest) normals += n * (dot(n, spoke) / square);
+    normals += site.normal * dot(site.normal, spoke);
 
     if (ring.apex[i] == kNone) continue;
     corner[corners] = at[i] + at[next] - surface[ring.apex[i]].seen_from(origin) - e.mean;
@@ -132,19 +122,8 @@ Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uin
       feature[2] = parallelograms * (1.0f / static_cast<float>(corners));
       feature[3] = median(corner, corners);  // one crease does not bend it
     }
-    // Between the two opposite neighbours that are nearest to each other.
-    float least = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      const std::size_t opposite = i + size / 2 < size ? i + size / 2 : i + size / 2 - size;
-      const Four across = at[i] - at[opposite];
-      const float square = dot(across, across);
-      if (i > 0 && square >= least) continue;
-      least = square;
-      feature[4] = 0.5f * (at[i] + at[opposite]) - e.mean;
-    }
-    feature[5] = long_mean * (1 / (perimeter + 2));
   }
-  feature[6] = near_mean * (1 / near_sum);
+  feature[4] = near_mean * (1 / near_sum);
 
   const Fit::Weights& weight = position_[stage][e.group].weight(0);
   Four offset{};
@@ -167,7 +146,7 @@ Expectation Predictor::expect(const Ring& ring, const Surface& surface, std::uin
   const float along = dot(feature[2], e.normal);
   signs.parallelogram_across = absolute(along);
   signs.parallelogram_tangential = length(feature[2] - e.normal * along);
-  signs.crowding = length(feature[6]);
+  signs.crowding = length(feature[4]);
   signs.bend = absolute(dot(feature[0], e.normal));
   e.spread_terms = SpreadModel::terms(signs, 1.0f / e.cell);
   e.spread = spread_[stage].expect(e.spread_terms, e.group);

@@ -24,7 +24,7 @@ inline constexpr std::size_t kStages = kFurtherDigits + 1;
 
 /// What is seen of a vertex before its position is known. Vectors are relative to where it stands provisionally.
 struct Expectation {
-  static constexpr std::size_t kFeatures = 7;
+  static constexpr std::size_t kFeatures = 5;
   using Fit = LeastSquares<kFeatures, 1>;
 
   LatticePoint origin{};  ///< half lattice steps, as all that follows

@@ -2,7 +2,7 @@
 #include "codec/geometry/provisional.h"
 
 #include "codec/geometry/lanes.h"
-#include "codec/geometry/ring.h"
+#include "codec/geometry/ring_walk.h"
 
 namespace pmcd::codec {
 namespace {
@@ -25,9 +25,7 @@ LatticePoint guess(const Ring& ring, const Surface& surface, const LatticePoint&
     const Site& site = surface[ring.vertex[i]];
     const Four spoke = site.seen_from(origin);
     offset += kBilaplacian * (spoke - site.neighbour_mean(origin));
-    const Four n = site.normal_vector();
-    const float square = dot(n, n);
-    if (square > 1e-6f) offset += n * (kNormals * dot(n, spoke - mean) / square);
+    offset += site.normal * (kNormals * dot(site.normal, spoke - mean));
   }
   const Four target = mean + offset * share + 0.5f;
   LatticePoint point{};
@@ -44,12 +42,10 @@ LatticePoint guess(const Ring& ring, const Surface& surface, const LatticePoint&
 
 void place_provisionally(const HalfEdgeMesh& mesh, Surface& surface, std::uint32_t first, std::int32_t most) {
   const std::uint32_t end = mesh.vertex_count();
-  Ring next = first < end ? collect_ring(mesh, first) : Ring();
+  RingWalk<Apexes::left_out> rings(mesh, surface, first, end);
   for (std::uint32_t v = first; v < end; ++v) {
     Site& site = surface[v];
-    const Ring ring = next;
-    if (v + 1 < end) next = collect_ring(mesh, v + 1);
-    surface.prefetch(next);
+    const Ring& ring = rings.next();
     RelativeSpread sum{0, 0};
     for (std::size_t i = 0; i < ring.size; ++i) {
       const RelativeSpread& spread = surface[ring.vertex[i]].spread;
@@ -58,9 +54,8 @@ void place_provisionally(const HalfEdgeMesh& mesh, Surface& surface, std::uint32
     }
     const float share = 1.0f / static_cast<float>(ring.size);
     site.spread = {sum.tangential * share, sum.across * share};
-    surface.move_without_normals(mesh, v, guess(ring, surface, site.point, most));
+    surface.move(mesh, ring, v, guess(ring, surface, site.point, most));
   }
-  surface.add_up(mesh);
 }
 
 }  // namespace pmcd::codec

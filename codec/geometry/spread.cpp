@@ -6,7 +6,7 @@ namespace {
 
 // Below a tenth of a cell nothing can be told apart.
 constexpr float kFloor = 0.1f;
-constexpr LeastSquares<SpreadModel::kSigns + 1, 2>::Tuning kSpreadTuning{0.999f, 4, 32};
+constexpr LeastSquares<SpreadModel::kSigns + 1, 2>::Tuning kSpreadTuning{0.999f, 4, 64};
 // A stranger's residual is like those of its ring, and a little smaller.
 constexpr std::array<float, SpreadModel::kSigns + 1> kTangentialPrior{-0.5f, 0, 1, 0, 0, 0, 0, 0, 0};
 constexpr std::array<float, SpreadModel::kSigns + 1> kAcrossPrior{-0.5f, 0, 0, 1, 0, 0, 0, 0, 0};

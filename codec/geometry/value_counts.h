@@ -7,7 +7,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
+
+#include "codec/entropy/softmax.h"
 
 namespace pmcd::codec {
 
@@ -17,41 +20,55 @@ class ValueCounts {
   void begin(unsigned shift) {
     if (!counts_.empty() && shift == shift_) return;
     shift_ = shift;
-    counts_.assign(kSlots, 0);
+    counts_.assign(kSlots + 3, 0);
   }
   void learn(std::int32_t value) {
     std::uint8_t& count = counts_[slot(value)];
     if (count < 255) ++count;
+    if (slot(value) < 3) counts_[kSlots + slot(value)] = count;
   }
 
   /// Of the values around `centre`, no further than `reach`, the one that came most for its distance; answers how often
   /// it came.
   [[nodiscard]] std::size_t best_near(double centre, double reach, std::int32_t& value) const {
-    const std::int32_t radius = static_cast<std::int32_t>(std::min(reach, 64.0));
+    const auto radius = static_cast<std::int32_t>(std::min(reach, 64.0));
     const double rounded = centre + 0.5;
     const auto middle = static_cast<std::int32_t>(rounded);
     value = middle;
+    // Four values at a time; of equals the first.
     const float inverse = 1.0f / static_cast<float>(reach);
-    float best = 0;
-    std::size_t times = 0;
-    for (std::int32_t v = middle > radius ? middle - radius : 0; v <= middle + radius; ++v) {
-      const std::uint8_t count = counts_[slot(v)];
-      if (count == 0) continue;
-      const float away = static_cast<float>(static_cast<double>(v) - centre) * inverse;
-      const float score = static_cast<float>(count) / (0.1f + away * away);
-      if (score <= best) continue;
-      best = score;
-      times = count;
-      value = v;
+    const std::int32_t first = middle > radius ? middle - radius : 0;
+    const auto offset = static_cast<float>(static_cast<double>(first) - centre);
+    constexpr FourInts kLane{0, 1, 2, 3};
+    Four best{};
+    FourInts at{};
+    for (std::int32_t step = 0; step <= middle + radius - first; step += 4) {
+      const FourInts steps = kLane + step;
+      FourBytes bytes;
+      std::memcpy(&bytes, &counts_[slot(first + step)], sizeof bytes);
+      const FourInts counts = __builtin_convertvector(bytes, FourInts);
+      const Four away = (__builtin_convertvector(steps, Four) + offset) * inverse;
+      const Four score = __builtin_convertvector(counts, Four) / (0.1f + away * away);
+      const FourInts better = (score > best) & (steps <= middle + radius - first);
+      best = better ? score : best;
+      at = better ? steps : at;
     }
-    return times;
+    int lane = 0;
+    for (int other = 1; other < 4; ++other) {
+      if (best[other] > best[lane] || (best[other] == best[lane] && at[other] < at[lane])) lane = other;
+    }
+    if (!(best[lane] > 0)) return 0;
+    value = first + at[lane];
+    return counts_[slot(value)];
   }
 
  private:
   static constexpr std::size_t kSlots = 1 << 14;
   static std::size_t slot(std::int32_t value) { return static_cast<std::size_t>(value) & (kSlots - 1); }
 
-  std::vector<std::uint8_t> counts_;
+  using FourBytes = std::uint8_t __attribute__((vector_size(4)));
+
+  std::vector<std::uint8_t> counts_;  ///< by slot; the first three once more at the end, so that four lie together
   unsigned shift_ = 0;
 };
 

@@ -19,7 +19,7 @@ std::string edge_text(std::uint32_t a, std::uint32_t b) {
 
 Status check_indices(std::span<const Face> faces, std::size_t vertex_count) {
   if (faces.size() > kMaxFaces || vertex_count >= kNone) {
-    return Error{ErrorCode::mesh_too_large, 0, "a mesh may have at most 1.4 billion faces and 4.2 billion vertices"};
+    return Error{ErrorCode::mesh_too_large, 0, "a mesh may have at most 1 billion faces and 4.2 billion vertices"};
   }
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Face& face = faces[f];
@@ -65,21 +65,23 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
   if (!indices) return indices.error();
 
   HalfEdgeMesh mesh;
-  mesh.halfedge_.reserve(3 * faces.size());
+  mesh.halfedge_.reserve(4 * faces.size());
   mesh.face_valence_.assign(vertex_count, 0);
   for (const Face& face : faces) {
     for (std::uint32_t v : face) {
       mesh.halfedge_.push_back({v, kNone});
       ++mesh.face_valence_[v];
     }
+    mesh.halfedge_.push_back({face[0], kNone});
   }
   {
     const EdgeTable edges(faces, vertex_count);
     for (std::size_t e = 0; e < edges.edge_count(); ++e) {
       const auto halfedges = edges.halfedges(e);
       if (halfedges.size() == 1) continue;
-      const std::uint32_t a = halfedges[0];
-      const std::uint32_t b = halfedges[1];
+      auto named = [](std::uint32_t h) { return halfedge(h / 3, h % 3); };  // the table has three a face
+      const std::uint32_t a = named(halfedges[0]);
+      const std::uint32_t b = named(halfedges[1]);
       const bool plain = halfedges.size() == 2 && mesh.apex(a) != mesh.apex(b);  // so not the same face twice
       if (const auto twins = plain ? std::nullopt : same_faces(faces, halfedges)) {
         return Error{ErrorCode::duplicate_face, twins->second,
@@ -91,8 +93,8 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
                      std::to_string(halfedges.size()) + " faces meet at " + edge_text(mesh.origin(a), mesh.target(a))};
       }
       if (mesh.origin(a) == mesh.origin(b)) {
-        return Error{ErrorCode::opposing_faces, b / 3,
-                     "faces " + std::to_string(a / 3) + " and " + std::to_string(b / 3) +
+        return Error{ErrorCode::opposing_faces, face_of(b),
+                     "faces " + std::to_string(face_of(a)) + " and " + std::to_string(face_of(b)) +
                          " are turned against each other at " + edge_text(mesh.origin(a), mesh.target(a))};
       }
       mesh.link(a, b);
@@ -100,6 +102,7 @@ Result<HalfEdgeMesh> HalfEdgeMesh::build(std::span<const Face> faces, std::size_
   }
   mesh.outgoing_.assign(vertex_count, kNone);
   for (std::uint32_t h = 0; h < mesh.halfedge_.size(); ++h) {
+    if (edge_of(h) == 3) continue;
     std::uint32_t& outgoing = mesh.outgoing_[mesh.origin(h)];
     if (outgoing == kNone || mesh.opposite(h) == kNone) outgoing = h;
   }
@@ -147,7 +150,7 @@ std::uint32_t HalfEdgeMesh::find_halfedge(std::uint32_t a, std::uint32_t b) cons
 }
 
 void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
-  halfedge_.reserve(3 * std::size_t{faces});
+  halfedge_.reserve(4 * std::size_t{faces});
   outgoing_.reserve(vertices);
   face_valence_.reserve(vertices);
 }
@@ -156,27 +159,33 @@ void HalfEdgeMesh::reorder(std::span<std::uint32_t> order) {
   {
     std::vector<std::uint32_t> place(order.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-    auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : 3 * place[face_of(h)] + h % 3; };
+    auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : halfedge(place[face_of(h)], edge_of(h)); };
     for (HalfEdge& halfedge : halfedge_) halfedge.opposite = moved(halfedge.opposite);
     for (std::uint32_t& h : outgoing_) h = moved(h);
   }
   // In place, for memory: each cycle of the permutation moves by one; what is done is its own place.
   auto face_at = [&](std::uint32_t f) {
-    return std::array<HalfEdge, 3>{halfedge_[3 * f], halfedge_[3 * f + 1], halfedge_[3 * f + 2]};
+    return std::array<HalfEdge, 4>{halfedge_[4 * f], halfedge_[4 * f + 1], halfedge_[4 * f + 2], halfedge_[4 * f + 3]};
   };
-  auto put = [&](std::uint32_t f, const std::array<HalfEdge, 3>& face) {
-    std::copy(face.begin(), face.end(), halfedge_.begin() + 3 * static_cast<std::ptrdiff_t>(f));
+  auto put = [&](std::uint32_t f, const std::array<HalfEdge, 4>& face) {
+    std::copy(face.begin(), face.end(), halfedge_.begin() + 4 * static_cast<std::ptrdiff_t>(f));
   };
   for (std::uint32_t start = 0; start < order.size(); ++start) {
     if (order[start] == start) continue;
-    const std::array<HalfEdge, 3> first = face_at(start);
+    const std::array<HalfEdge, 4> first = face_at(start);
+    // A cycle leads anywhere in memory: what the step after the next one reads is fetched.
     std::uint32_t at = start;
-    while (order[at] != start) {
-      const std::uint32_t from = order[at];
-      foresee(3 * order[from]);
+    std::uint32_t from = order[at];
+    std::uint32_t then = order[from];
+    while (from != start) {
+      const std::uint32_t soon = order[then];
+      foresee(halfedge(soon, 0));
+      __builtin_prefetch(&order[soon]);
       put(at, face_at(from));
       order[at] = at;
       at = from;
+      from = then;
+      then = soon;
     }
     put(at, first);
     order[at] = at;
@@ -190,7 +199,7 @@ std::uint32_t HalfEdgeMesh::add_vertex() {
 }
 
 std::uint32_t HalfEdgeMesh::add_face() {
-  halfedge_.resize(halfedge_.size() + 3);
+  halfedge_.resize(halfedge_.size() + 4);
   return face_count() - 1;
 }
 

@@ -15,7 +15,7 @@
 namespace pmcd::codec {
 
 inline constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-inline constexpr std::uint32_t kMaxFaces = kNone / 3 - 1;  ///< so that half-edges have 32-bit names
+inline constexpr std::uint32_t kMaxFaces = kNone / 4 - 1;  ///< so that half-edges have 32-bit names
 
 class HalfEdgeMesh {
  public:
@@ -23,15 +23,18 @@ class HalfEdgeMesh {
 
   /// Checks that `faces` form an oriented manifold, with or without boundary, and links them. Vertices in no face stay
   /// isolated. Errors: mesh_too_large, index_out_of_range, repeated_index_in_face, duplicate_face, non_manifold_edge,
-  /// opposing_faces, non_manifold_vertex. [linear; 28 bytes a face and 8 a vertex remain]
+  /// opposing_faces, non_manifold_vertex. [linear; 36 bytes a face and 8 a vertex remain]
   static Result<HalfEdgeMesh> build(std::span<const Face> faces, std::size_t vertex_count);
 
-  static std::uint32_t face_of(std::uint32_t h) { return h / 3; }
-  static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-  static std::uint32_t prev(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  /// Names of half-edges: edge i of face f, which starts at its corner i, is 4 f + i; the fourth name is none.
+  static std::uint32_t halfedge(std::uint32_t f, std::uint32_t i) { return 4 * f + i; }
+  static std::uint32_t face_of(std::uint32_t h) { return h / 4; }
+  static std::uint32_t edge_of(std::uint32_t h) { return h % 4; }
+  static std::uint32_t next(std::uint32_t h) { return h % 4 == 2 ? h - 2 : h + 1; }
+  static std::uint32_t prev(std::uint32_t h) { return h % 4 == 0 ? h + 2 : h - 1; }
 
   [[nodiscard]] std::uint32_t origin(std::uint32_t h) const { return halfedge_[h].origin; }
-  [[nodiscard]] std::uint32_t target(std::uint32_t h) const { return halfedge_[next(h)].origin; }
+  [[nodiscard]] std::uint32_t target(std::uint32_t h) const { return halfedge_[h + 1].origin; }
   /// The third vertex of the half-edge's face: the front vertex, when the half-edge is a gate.
   [[nodiscard]] std::uint32_t apex(std::uint32_t h) const { return halfedge_[prev(h)].origin; }
   /// The same edge in the neighbouring face; kNone at the boundary.
@@ -75,9 +78,15 @@ class HalfEdgeMesh {
   }
 
   [[nodiscard]] std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(outgoing_.size()); }
-  [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(halfedge_.size() / 3); }
+  [[nodiscard]] std::uint32_t face_count() const { return static_cast<std::uint32_t>(halfedge_.size() / 4); }
   [[nodiscard]] Face face(std::uint32_t f) const {
-    return {halfedge_[3 * f].origin, halfedge_[3 * f + 1].origin, halfedge_[3 * f + 2].origin};
+    return {halfedge_[4 * f].origin, halfedge_[4 * f + 1].origin, halfedge_[4 * f + 2].origin};
+  }
+
+  [[nodiscard]] unsigned boundary_edges(std::uint32_t f) const {
+    unsigned count = 0;
+    for (std::uint32_t i = 0; i < 3; ++i) count += opposite(halfedge(f, i)) == kNone ? 1 : 0;
+    return count;
   }
 
   // Mutation, for conquest/patch.h. It leaves the mesh whole only when the links fit together again.
@@ -88,13 +97,14 @@ class HalfEdgeMesh {
   /// A new face slot; its content is undefined until set_face.
   std::uint32_t add_face();
   void set_face(std::uint32_t f, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    halfedge_[3 * f].origin = a;
-    halfedge_[3 * f + 1].origin = b;
-    halfedge_[3 * f + 2].origin = c;
+    halfedge_[4 * f].origin = a;
+    halfedge_[4 * f + 1].origin = b;
+    halfedge_[4 * f + 2].origin = c;
+    halfedge_[4 * f + 3].origin = a;
   }
   /// Frees a slot: its corners become kNone. The slot is not given out again.
   void free_face(std::uint32_t f) { set_face(f, kNone, kNone, kNone); }
-  [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return halfedge_[3 * f].origin == kNone; }
+  [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return halfedge_[4 * f].origin == kNone; }
   /// Makes a and b opposites; b may be kNone.
   void link(std::uint32_t a, std::uint32_t b) {
     halfedge_[a].opposite = b;
@@ -113,7 +123,7 @@ class HalfEdgeMesh {
     std::uint32_t origin = kNone;
     std::uint32_t opposite = kNone;
   };
-  std::vector<HalfEdge> halfedge_;
+  std::vector<HalfEdge> halfedge_;  ///< four a face, a power of two; the fourth is a copy of the first's origin
   std::vector<std::uint32_t> outgoing_;
   std::vector<std::uint32_t> face_valence_;
 };

@@ -146,9 +146,7 @@ TEST(TriangulationTable, EveryBorderPatchHasASymbolOfItsOwn) {
 
 std::size_t boundary_edges(const HalfEdgeMesh& mesh) {
   std::size_t count = 0;
-  for (std::uint32_t h = 0; h < 3 * mesh.face_count(); ++h) {
-    count += !mesh.is_free_slot(h / 3) && mesh.opposite(h) == kNone ? 1u : 0u;
-  }
+  for (std::uint32_t f = 0; f < mesh.face_count(); ++f) count += mesh.is_free_slot(f) ? 0 : mesh.boundary_edges(f);
   return count;
 }
 
@@ -235,7 +233,8 @@ TEST(PatchTest, OutAndInGivesTheSameMesh) {
   for (const TriangleMesh& mesh : meshes) {
     const Result<HalfEdgeMesh> links = HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
     ASSERT_TRUE(links.ok());
-    for (std::uint32_t gate = 0; gate < 3 * links->face_count(); ++gate) {
+    for (std::uint32_t i = 0; i < 3 * links->face_count(); ++i) {
+      const std::uint32_t gate = HalfEdgeMesh::halfedge(i / 3, i % 3);
       for (Tag s : {kP, kM}) {
         for (Tag t : {kP, kM}) there_and_back(*links, gate, s, t, tally);
         if (HasFatalFailure()) return;
@@ -452,7 +451,11 @@ void expect_sound_hypotheses(const TriangleMesh& mesh, const std::vector<Lattice
   Marks marks;
   marks.clear(*links);
   Surroundings surroundings(*links, points, PassKind::decimating, 0, links->vertex_count());
-  for (std::uint32_t gate = 0; gate < 3 * links->face_count(); ++gate) {
+  for (std::uint32_t i = 0; i < 3 * links->face_count(); ++i) {
+    const std::uint32_t gate = HalfEdgeMesh::halfedge(i / 3, i % 3);
+    const FaceView& face = surroundings.look_at_face(*links, marks, gate);
+    for (const std::uint16_t corner : face.corner) ASSERT_LE(corner, kNoCorner);
+    for (float input : face.input.value) ASSERT_LE(std::abs(input), 4);
     const std::span<const Hypothesis> all = surroundings.look(*links, marks, gate, kP, gate % 2 == 0 ? kM : kP);
     ASSERT_FALSE(all.empty());
     EXPECT_EQ(all[0].symbol, kNull);

@@ -169,7 +169,9 @@ TEST(HalfEdgeReorder, GivesFacesOtherNumbersOnly) {
     ASSERT_EQ(complaint(after), "");
     for (std::uint32_t f = 0; f < order.size(); ++f) EXPECT_EQ(after.face(f), before.face(order[f]));
     for (std::uint32_t v = 0; v < before.vertex_count(); ++v) {
-      EXPECT_EQ(order[after.outgoing(v) / 3] * 3 + after.outgoing(v) % 3, before.outgoing(v));
+      EXPECT_EQ(HalfEdgeMesh::halfedge(order[HalfEdgeMesh::face_of(after.outgoing(v))],
+                                       HalfEdgeMesh::edge_of(after.outgoing(v))),
+                before.outgoing(v));
     }
   }
 }

@@ -91,7 +91,7 @@ TEST(MixtureTest, SpikesDrawWhatLiesARoundingAway) {
 TEST(MixtureTest, QuantileIsAboutWhereTheMassIsReached) {
   for (float spread : {0.1f, 1.0f, 30.0f, 5000.0f}) {
     Mixture::Weights weights{0, 1, 0};
-    const Mixture mixture(50, spread, weights);
+    Mixture mixture(50, spread, weights);
     for (double share : {0.01, 0.2, 0.5, 0.8, 0.99}) {
       const auto mass = static_cast<std::uint64_t>(share * 16777216);
       EXPECT_NEAR(mixture.below(mixture.quantile(mass)), static_cast<double>(mass), 2000) << spread << " " << share;

@@ -79,12 +79,16 @@ Expectation expected_at(const Scene& scene, std::uint32_t v, unsigned shift, std
   return scene.predictor.expect(collect_ring(scene.mesh, v), scene.surface, v, shift, stage);
 }
 
+void move(Scene& scene, std::uint32_t v, const LatticePoint& to) {
+  scene.surface.move(scene.mesh, collect_ring(scene.mesh, v), v, to);
+}
+
 // The position is known: learns, as decoding does.
 void settle(Scene& scene, const Expectation& e, std::uint32_t v, const LatticePoint& to) {
   const RelativeSpread spread = scene.predictor.learn(e, to);
   expect_bounded(spread);
   scene.surface[v].spread = spread;
-  scene.surface.move(scene.mesh, v, to);
+  move(scene, v, to);
 }
 
 // How far the prediction lay off, in half steps.
@@ -102,7 +106,7 @@ float surprise(Scene& scene, std::uint32_t v, unsigned shift = 0, std::size_t st
   // It is the first to be placed, so it alone tells where it would be placed.
   Surface placed = scene.surface;
   place_provisionally(scene.mesh, placed, v, kMost);
-  scene.surface.move(scene.mesh, v, placed[v].point);
+  move(scene, v, placed[v].point);
   scene.surface[v].spread = placed[v].spread;
   const Expectation e = expected_at(scene, v, shift, stage);
   expect_finite(e);
@@ -260,7 +264,7 @@ TEST(PredictorTest, StagesLearnApart) {
 
 TEST(PredictorTest, AtTheBorderTheGuessStartsFromItsLine) {
   Scene scene = field(8, 8, [](std::int32_t x, std::int32_t y) { return LatticePoint{200 * x, 200 * y, 1000}; });
-  scene.surface.move(scene.mesh, 3, {650, 30, 900});
+  move(scene, 3, {650, 30, 900});
   ASSERT_TRUE(collect_ring(scene.mesh, 3).border);
   const Expectation e = expected_at(scene, 3, 0, 0);
   EXPECT_EQ(e.origin, (LatticePoint{650, 30, 900}));
@@ -355,7 +359,7 @@ TEST(Provisional, StaysWithinTheLattice) {
         }
       }
       for (int moves = 0; moves < 20; ++moves) {
-        scene.surface.move(scene.mesh, random.below(count), {end(), end(), most});
+        move(scene, random.below(count), {end(), end(), most});
       }
     }
     place_provisionally(scene.mesh, scene.surface, count, most);  // nobody
@@ -380,8 +384,8 @@ TEST(Provisional, FindsItsPlaceInAnEvenPlane) {
     return LatticePoint{200 + 40 * x, 100 + 36 * y, 500 + 2 * x + 6 * y};
   });
   const std::uint32_t v = 4 * 9 + 4;
-  scene.surface.move(scene.mesh, v, {0, 0, 0});
-  scene.surface.move(scene.mesh, v, {370, 230, 560});
+  move(scene, v, {0, 0, 0});
+  move(scene, v, {370, 230, 560});
   Surface placed = scene.surface;
   place_provisionally(scene.mesh, placed, v, kMost);
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(placed[v].point[axis], scene.points[v][axis], 4) << axis;

@@ -42,7 +42,8 @@ std::string complaint(const HalfEdgeMesh& mesh) {
   std::vector<std::uint32_t> boundary_from(mesh.vertex_count(), 0);
   for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
     if (mesh.is_free_slot(f)) continue;
-    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      const std::uint32_t h = HalfEdgeMesh::halfedge(f, i);
       const std::uint32_t v = mesh.origin(h);
       if (v >= mesh.vertex_count()) return at("corner out of range at half-edge", h);
       if (v == mesh.target(h)) return at("a face names a vertex twice at half-edge", h);
@@ -52,8 +53,8 @@ std::string complaint(const HalfEdgeMesh& mesh) {
         ++boundary_from[v];
         continue;
       }
-      if (o >= 3 * mesh.face_count()) return at("opposite out of range at half-edge", h);
-      if (mesh.is_free_slot(o / 3)) return at("opposite in a free slot at half-edge", h);
+      if (HalfEdgeMesh::face_of(o) >= mesh.face_count() || HalfEdgeMesh::edge_of(o) > 2) return at("opposite out of range at half-edge", h);
+      if (mesh.is_free_slot(HalfEdgeMesh::face_of(o))) return at("opposite in a free slot at half-edge", h);
       if (mesh.opposite(o) != h) return at("opposite not symmetric at half-edge", h);
       if (mesh.origin(o) != mesh.target(h) || mesh.target(o) != v)
         return at("opposite is another edge at half-edge", h);
@@ -66,7 +67,7 @@ std::string complaint(const HalfEdgeMesh& mesh) {
       if (first != kNone) return at("an isolated vertex has a half-edge, vertex", v);
       continue;
     }
-    if (first == kNone || first >= 3 * mesh.face_count() || mesh.origin(first) != v)
+    if (first == kNone || HalfEdgeMesh::face_of(first) >= mesh.face_count() || mesh.origin(first) != v)
       return at("outgoing half-edge of vertex", v);
     if (boundary_from[v] > 1) return at("more than one boundary half-edge leaves vertex", v);
     if ((boundary_from[v] == 1) != (mesh.opposite(first) == kNone)) return at("outgoing rule broken at vertex", v);

@@ -18,7 +18,6 @@ def average(values, share):
 
 
 def guess(mesh, first, most):
-    mesh.hold_normals()
     weight = constant(0.3)
     for v in range(first, len(mesh.points)):
         o = mesh.points[v]
@@ -34,13 +33,10 @@ def guess(mesh, first, most):
         offset = ZERO
         for w, s in zip(ring.vertex, at):
             offset = add(offset, times(sub(s, mesh.mean(w, o)), weight))
-            normal = mesh.normal(w)
-            q = dot(normal, normal)
-            if q > SMALL:
-                offset = add(offset, times(normal, f(f(weight * dot(normal, sub(s, mean))) / q)))
+            normal = mesh.normals[w]
+            offset = add(offset, times(normal, f(weight * dot(normal, sub(s, mean)))))
         target = add(add(mean, times(offset, share)), (0.5, 0.5, 0.5))
         mesh.points[v] = tuple(int(min(max(f(f(x) + t), 0.0), f(most))) for x, t in zip(o, target))
-    mesh.release_normals()
 
 
 class Expectation:
@@ -56,10 +52,9 @@ class Expectation:
         a = [mesh.at(w, o) for w in ring.vertex]
         ring_mean = average(a, share)
         mean = times(add(a[0], a[-1]), 0.5) if ring.border else ring_mean
-        polygon = parallelograms = bilaplacian = normals = near = long = ZERO
-        radius = near_sum = perimeter = flat = across = 0.0
+        polygon = parallelograms = bilaplacian = normals = near = ZERO
+        radius = near_sum = flat = across = 0.0
         corners = []
-        before = length(sub(a[0], a[-1]))
         for i, w in enumerate(ring.vertex):
             after = a[(i + 1) % n]
             s = sub(a[i], mean)
@@ -69,19 +64,11 @@ class Expectation:
             k = f(1 / f(d + 2))
             near = add(near, times(s, k))
             near_sum = f(near_sum + k)
-            edge = length(sub(after, a[i]))
-            both = f(before + edge)
-            long = add(long, times(s, both))
-            # perimeter += before + edge: the right side is one sum
-            perimeter = f(perimeter + both)
-            before = edge
             flat = f(flat + mesh.spread[w][0])
             across = f(across + mesh.spread[w][1])
             bilaplacian = add(bilaplacian, sub(a[i], mesh.mean(w, o)))
-            normal = mesh.normal(w)
-            q = dot(normal, normal)
-            if q > SMALL:
-                normals = add(normals, times(normal, f(dot(normal, s) / q)))
+            normal = mesh.normals[w]
+            normals = add(normals, times(normal, dot(normal, s)))
             if ring.apex[i] is not None:
                 c = sub(sub(add(a[i], after), mesh.at(ring.apex[i], o)), mean)
                 corners.append(c)
@@ -89,7 +76,7 @@ class Expectation:
         self.radius = radius = max(f(radius * share), 1.0)
         area = length(polygon)
         self.normal = N = times(polygon, f(1 / area)) if area > SMALL else ZERO
-        features = [ZERO] * 7
+        features = [ZERO] * 5
         features[0] = times(bilaplacian, share)
         features[1] = times(normals, share)
         if ring.border:
@@ -98,16 +85,7 @@ class Expectation:
             if corners:
                 features[2] = times(parallelograms, f(1 / len(corners)))
                 features[3] = tuple(self.median([c[axis] for c in corners]) for axis in range(3))
-            least = None
-            for i in range(n):
-                j = (i + n // 2) % n
-                apart = sub(a[i], a[j])
-                square = dot(apart, apart)
-                if least is None or square < least:
-                    least = square
-                    features[4] = sub(times(add(a[i], a[j]), 0.5), mean)
-            features[5] = times(long, f(1 / f(perimeter + 2)))
-        features[6] = times(near, f(1 / near_sum))
+        features[4] = times(near, f(1 / near_sum))
         self.features = features
         offset = ZERO
         for feature, weight in zip(features, predictor.position[stage][self.group].weights[0]):
@@ -127,7 +105,7 @@ class Expectation:
             uneven = f(uneven + f(h * h))
         uneven = f(math.sqrt(f(uneven * share)))
         along = dot(features[2], N)
-        signs = (radius, flat, across, uneven, abs(along), length(sub(features[2], times(N, along))), length(features[6]),
+        signs = (radius, flat, across, uneven, abs(along), length(sub(features[2], times(N, along))), length(features[4]),
                  abs(dot(features[0], N)))
         inverse = f(1 / self.cell)
         self.terms = [1.0] + [log2(f(f(y * inverse) + constant(0.1))) for y in signs]
@@ -148,8 +126,8 @@ class Expectation:
 
 class Predictor:
     def __init__(self):
-        self.position = [[Fit([(0.3, 0.3, 0, 0, 0, 0, 0)], 0.998, 16) for _ in range(9)] for _ in range(5)]
-        self.spread = [Fit([(-0.5, 0, 1) + (0,) * 6, (-0.5, 0, 0, 1) + (0,) * 5], 0.999, 32) for _ in range(5)]
+        self.position = [[Fit([(0.3, 0.3, 0, 0, 0)], 0.998, 32) for _ in range(9)] for _ in range(5)]
+        self.spread = [Fit([(-0.5, 0, 1) + (0,) * 6, (-0.5, 0, 0, 1) + (0,) * 5], 0.999, 64) for _ in range(5)]
         self.calibration = [[[(1.0, 1.0)] * 2 for _ in range(9)] for _ in range(5)]
 
     def settle(self, mesh, v, e, point):
@@ -369,8 +347,9 @@ class Positions:
                         self.values[axis].begin(e.shift)
                         at, count = self.values[axis].best_near(centre, 3 * spread + 1)
                         count = count.bit_length()
-                    distance = abs((at - centre) / spread)
-                    far = sum(not distance < bound for bound in (0.3, 1, 2.5))
+                    away = f(at - centre)
+                    square = f(away * away)
+                    far = sum(square >= f(constant(bound) * f(variance)) for bound in (0.09, 1, 6.25))
                     spikes.append((at, (min(count, 7) * 3 + outcome[kind]) * 4 + far))
                 mixture = self.first.mixture(centre, f(spread), i, spikes)
                 value = self.first.read(reader, mixture, most)

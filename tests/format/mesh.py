@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Faces, half-edges, rings and sums about vertices, written from docs/FORMAT.md alone ("Mesh", "What is known of each vertex")."""
-from single import f
-from vectors import cross, sub
+import math
+from single import add, cross, dot, f, times
 
 BITS32 = (1 << 32) - 1
 
@@ -9,11 +9,6 @@ BITS32 = (1 << 32) - 1
 def i32(x):
     x &= BITS32
     return x - (1 << 32) if x >> 31 else x
-
-
-def i64(x):
-    x &= (1 << 64) - 1
-    return x - (1 << 64) if x >> 63 else x
 
 
 class Ring:
@@ -43,7 +38,7 @@ class Mesh:
         self.outgoing = [None] * len(points)
         self.opposite = [None] * (3 * len(faces))
         self.spread = [(f(0.2), f(0.2))] * len(points)
-        self.normals = None  # while they stay as they were
+        self.normals = []
         seen = {}
         for h in range(len(self.opposite)):
             seen[(self.origin(h), self.target(h))] = h
@@ -129,19 +124,14 @@ class Mesh:
         sums = (sum(self.points[w][axis] for w in around) for axis in range(3))
         return tuple(f(f(i32(s - len(around) * y)) / f(len(around))) for s, y in zip(sums, o))
 
-    def integer_normal(self, v):
-        total = [0, 0, 0]
-        for h in self.leaving(v):
-            a, b, c = (self.points[w] for w in self.faces[h // 3])
-            total = [x + y for x, y in zip(total, cross(sub(b, a), sub(c, a)))]
-        return total
-
-    def normal(self, v):
-        whole = self.normals[v] if self.normals else self.integer_normal(v)
-        return tuple(f(i64(x)) for x in whole)
-
-    def hold_normals(self):
-        self.normals = [self.integer_normal(v) for v in range(len(self.points))]
-
-    def release_normals(self):
-        self.normals = None
+    def build_normals(self):
+        total = [(0.0, 0.0, 0.0)] * len(self.points)
+        for face in self.faces:
+            a, b, c = (self.points[w] for w in face)
+            n = cross(*(tuple(f(x - y) for x, y in zip(p, a)) for p in (b, c)))
+            for v in face:
+                total[v] = add(total[v], n)
+        self.normals = []
+        for n in total:
+            q = dot(n, n)
+            self.normals.append(times(n, f(1 / f(math.sqrt(q))) if q > f(1e-6) else 0.0))

@@ -20,7 +20,7 @@ class State:
         self.mesh = mesh
         self.shift = shift
         self.seeds = seeds
-        self.symbols = {DECIMATING: SymbolModel(), CLEANING: SymbolModel()}
+        self.symbols = {DECIMATING: SymbolModel(0), CLEANING: SymbolModel(1)}
         self.ear = Bit()
         self.positions = Positions(structured, reflection)
         self.predictor = Predictor()
@@ -28,7 +28,7 @@ class State:
         self.before_last_pass = 0
 
 
-def walk(state, reader, kind, header, previous):
+def walk(state, reader, kind, header, previous, often):
     mesh = state.mesh
     surroundings = Surroundings(mesh, kind == CLEANING, previous)
     model = state.symbols[kind]
@@ -55,7 +55,7 @@ def walk(state, reader, kind, header, previous):
             f_state = {None: 1, PLUS: 2, MINUS: 3}[tag[front]] if vertex_done[front] else 0
             beside = 2 * taken(mesh.next(gate)) + taken(mesh.prev(gate))
             gate_state = (4 * f_state + beside) * 4 + 2 * (tag[sv] == PLUS) + (tag[tv] == PLUS)
-            holds = model.read(reader, surroundings.look(gate, tag[sv], tag[tv], face_done), gate_state, parent)
+            holds = model.read(reader, surroundings, gate, tag, face_done, gate_state, parent, often)
             if holds.symbol == NULL:
                 surroundings.keep(gate // 3)
                 face_done[gate // 3] = True
@@ -126,23 +126,27 @@ def read_refinement(state, reader, header):
         if kind == EARS:
             read_ears(state, reader, header)
         elif kind in state.symbols:
-            walk(state, reader, kind, header, previous)
+            walk(state, reader, kind, header, previous, often)
         else:
             raise Damaged("kind of pass")
         if len(mesh.points) == first:
             raise Damaged("a pass that inserts nothing")
         ends.append(len(mesh.points))
         if often and number + 1 < passes:
+            mesh.build_normals()
             guess(mesh, first, most_point)
     most = state.base.most >> state.shift
     first = count_before
     images = state.positions.images
     images.begin(len(mesh.points), most_point)
+    mesh.build_normals()
     for point in mesh.points[:count_before]:
         images.add(point)
     for number, end in enumerate(ends):
         if often or number == 0:
             guess(mesh, first, most_point)
+        if often:
+            mesh.build_normals()
         for v in range(first, end):
             e = Expectation(state.predictor, mesh, v, state.shift, min(passes - 1 - number, 3))
             cell = state.positions.read(reader, mesh, e, most)

@@ -50,11 +50,11 @@ class ValueCounts:
         radius, middle = int(min(reach, 64.0)), int(centre + 0.5)
         inverse = f(1 / f(reach))
         best, value, times = 0.0, middle, 0
-        for v in range(max(middle - radius, 0), middle + radius + 1):
+        first = max(middle - radius, 0)
+        offset = f(first - centre)
+        for v in range(first, middle + radius + 1):
             count = self.counts[v % self.SLOTS]
-            if not count:
-                continue
-            away = f(f(v - centre) * inverse)
+            away = f(f(f(v - first) + offset) * inverse)
             score = f(f(count) / f(constant(0.1) + f(away * away)))
             if score > best:
                 best, value, times = score, v, count

@@ -4,10 +4,12 @@ import pathlib
 import re
 
 from patches import MINUS, NULL, PLUS, Patch, cut_of
+from stream import Damaged
 from single import add, constant, cross, exp2, f, log2, sub, times
 
 C = constant
 ROWS, INPUTS, UNITS, GATE, STATES = 10, 16, 8, 13, 40
+FACE_INPUTS, CORNERS, GATE_STATES, PARENTS = 32, 5 * 3 * 40, 64, 29
 
 
 def squared(a):
@@ -27,6 +29,18 @@ def single_sum(values):
 
 def bounded(x, low, high):
     return min(max(x, low), high)
+
+
+class FaceWeights:
+    def __init__(self, table):
+        self.hidden = table(FACE_INPUTS, UNITS)
+        self.gate = table(GATE, UNITS)
+        self.bias = table(UNITS)
+        self.output = table(UNITS)
+        self.linear = table(FACE_INPUTS)
+        self.corner = table(CORNERS)
+        self.state = table(GATE_STATES)
+        self.parent = table(PARENTS)
 
 
 class Trained:
@@ -50,6 +64,7 @@ class Trained:
         self.output = table(ROWS, UNITS)
         self.linear = table(ROWS, INPUTS)
         self.state = table(2, STATES)
+        self.faces = [FaceWeights(table) for _ in range(2)]
         assert self.at == len(numbers)
 
 
@@ -65,6 +80,13 @@ class Hypothesis:
         self.row = 0 if symbol == NULL else symbol - 2 if symbol < 8 else symbol - 3
 
 
+class Face:
+    def __init__(self, inputs, corners, null):
+        self.inputs = [bounded(x, -4.0, 4.0) for x in inputs]
+        self.corners = corners
+        self.null = null
+
+
 def lanes(values):
     c = [0.0] * 4
     for i, value in enumerate(values):
@@ -72,38 +94,92 @@ def lanes(values):
     return f(f(c[0] + c[1]) + f(c[2] + c[3]))
 
 
+def features_of_gate(state, parent):
+    front, tags = state // 16, state % 4
+    g = [0.0] * GATE
+    g[0], g[1], g[2] = float(front > 0), float(front == 2), float(front == 3)
+    g[3], g[4] = float(state // 4 % 2), float(state // 8 % 2)
+    g[5], g[6] = float(tags % 2), float(tags // 2)
+    kind = 0 if parent < 2 else 1 + (parent - 2) // 5 if parent < 22 else 5
+    if kind < 5:
+        g[7 + kind] = 1.0
+    g[12] = f(C(0.3) * (parent if parent < 2 else (parent - 2) % 5))
+    return g
+
+
+def hidden_units(inputs, g, hidden, gate, bias):
+    units = []
+    for q in range(UNITS):
+        a = bias[q]
+        for i in range(7):
+            a = f(a + f(g[i] * gate[i][q]))
+        b = 0.0
+        for i in range(7, 13):
+            b = f(b + f(g[i] * gate[i][q]))
+        whole = sum(int(2048 * x) * int(1024 * weights[q]) for x, weights in zip(inputs, hidden))
+        units.append(max(f(f(f(whole) * 2.0 ** -21) + f(a + b)), 0.0))
+    return units
+
+
+def against(share, rest):
+    return int(bounded(f(f(1 - f(share / max(rest, C(1e-9)))) * 65536), 24.0, 65512.0))
+
+
+class FaceModel:
+    def __init__(self, kind):
+        self.trained = trained = TRAINED.faces[kind]
+        self.linear, self.output = list(trained.linear), list(trained.output)
+        self.corner, self.state, self.parent = list(trained.corner), list(trained.state), list(trained.parent)
+
+    def share(self, face, state, parent):
+        """And the units, for learning."""
+        units = hidden_units(face.inputs, features_of_gate(state, parent), self.trained.hidden, self.trained.gate,
+                             self.trained.bias)
+        score = lanes([f(x * w) for x, w in zip(units + face.inputs, self.output + self.linear)])
+        k = [0.0 if corner is None else self.corner[corner] for corner in face.corners]
+        score = f(score + f(f(f(k[0] + k[1]) + f(k[2] + k[3])) + f(k[4] + f(self.state[state] + self.parent[parent]))))
+        return f(1 / f(1 + exp2(bounded(-score, -30.0, 30.0)))), units
+
+    def learn(self, face, state, parent, units, d):
+        SymbolModel.adapt(self.linear, f(C(0.007) * d), face.inputs)
+        SymbolModel.adapt(self.output, f(C(0.005) * d), units)
+        step = f(C(0.004) * d)
+        for corner in face.corners:
+            if corner is not None:
+                self.corner[corner] = f(self.corner[corner] + step)
+        self.state[state] = f(self.state[state] + step)
+        self.parent[parent] = f(self.parent[parent] + step)
+
+
 class SymbolModel:
-    def __init__(self):
+    def __init__(self, kind):
+        self.face = FaceModel(kind)
         self.linear = [list(row) for row in TRAINED.linear]
         self.output = [list(row) for row in TRAINED.output]
         self.state = [list(row) for row in TRAINED.state]
 
-    def hidden(self, h, state, parent):
-        front, tags = state // 16, state % 4
-        g = [0.0] * GATE
-        g[0], g[1], g[2] = float(front > 0), float(front == 2), float(front == 3)
-        g[3], g[4] = float(state // 4 % 2), float(state // 8 % 2)
-        g[5], g[6] = float(tags % 2), float(tags // 2)
-        kind = 0 if parent < 2 else 1 + (parent - 2) // 5 if parent < 22 else 5
-        if kind < 5:
-            g[7 + kind] = 1.0
-        g[12] = f(C(0.3) * (parent if parent < 2 else (parent - 2) % 5))
-        units = []
-        for q in range(UNITS):
-            a = TRAINED.bias[h.row][q]
-            for i in range(7):
-                a = f(a + f(g[i] * TRAINED.gate[h.row][i][q]))
-            b = 0.0
-            for i in range(7, 13):
-                b = f(b + f(g[i] * TRAINED.gate[h.row][i][q]))
-            whole = sum(int(2048 * x) * int(1024 * weights[q]) for x, weights in zip(h.inputs, TRAINED.hidden[h.row]))
-            units.append(max(f(f(f(whole) * 2.0 ** -21) + f(a + b)), 0.0))
-        return units
+    def read(self, reader, surroundings, gate, tag, conquered, state, parent, often):
+        m = surroundings.mesh
+        face = surroundings.face(gate, tag, conquered)
+        share, units = self.face.share(face, state, parent)
+        clear = share > (C(0.8) if often else 0.0)
+        if clear and reader.bit_at(against(share, 1.0)):
+            self.face.learn(face, state, parent, units, f(1 - share))
+            return face.null
+        hypotheses = surroundings.look(gate, tag[m.origin(gate)], tag[m.target(gate)], conquered)
+        if not clear:
+            hypotheses = [face.null] + hypotheses
+        if not hypotheses:
+            raise Damaged("no patch fits")
+        holds = self.decide(reader, hypotheses, state, parent) if len(hypotheses) > 1 else hypotheses[0]
+        self.face.learn(face, state, parent, units, f((1 if holds.symbol == NULL else 0) - share))
+        return holds
 
-    def read(self, reader, hypotheses, state, parent):
+    def decide(self, reader, hypotheses, state, parent):
+        g = features_of_gate(state, parent)
         hidden, scores = [], []
         for h in hypotheses:
-            units = self.hidden(h, state, parent)
+            units = hidden_units(h.inputs, g, TRAINED.hidden[h.row], TRAINED.gate[h.row], TRAINED.bias[h.row])
             values = units + h.inputs
             score = lanes([f(x * w) for x, w in zip(values, self.output[h.row] + self.linear[h.row])])
             s = [self.state[0 if h.row == 0 else 1][v] for v in h.states] + [0.0] * (6 - len(h.states))
@@ -118,8 +194,7 @@ class SymbolModel:
         rest = 1.0
         holds = 0
         while holds + 1 < len(hypotheses):
-            against = f(1 - f(shares[holds] / max(rest, C(1e-9))))
-            if reader.bit_at(int(bounded(f(against * 65536), 24.0, 65512.0))):
+            if reader.bit_at(against(shares[holds], rest)):
                 break
             rest = f(rest - shares[holds])
             holds += 1
@@ -183,20 +258,13 @@ class Surroundings:
         return float(v >= self.previous)
 
     def look(self, gate, s, t, conquered):
-        """All that could stand before the gate; s, t: tags."""
+        """The patches that could stand before the gate, whose face was looked at last; s, t: tags."""
         m = self.mesh
-        S, T, front = (self.vertex[v] for v in (m.origin(gate), m.target(gate), m.apex(gate)))
-        p = f(0.5 / max(self.all.F, 1.0))
-        k = f(f(S.F + T.F) + 0.5)
-        self.a = f(f(f(f(S.A + T.A) + front.A) + f(p * self.all.A)) / f(k + front.F))
-        self.e = f(f(f(S.E + T.E) + f(p * self.all.E)) / k)
-        self.a_s, self.a_t = f(S.A / max(S.F, 1.0)), f(T.A / max(T.F, 1.0))
-        self.u = exp2(f(-2 * self.e))
-        found = [self.null(gate, conquered)]
+        found = []
         symbols = [6, 5, 4, 3]
         if self.cleaning:
             symbols = [3]
-        elif self.has_boundary and any(m.is_boundary(v) for v in (m.origin(gate), m.target(gate), m.apex(gate))):
+        elif self.near_boundary(gate):
             symbols = [10, 11, 12, 8, 9] + symbols
         for symbol in symbols:
             cut, closing = cut_of(symbol, PLUS, MINUS) if self.cleaning else cut_of(symbol, s, t)
@@ -205,6 +273,10 @@ class Surroundings:
                 found.append(self.describe(symbol, patch, conquered))
         return found
 
+    def near_boundary(self, gate):
+        m = self.mesh
+        return self.has_boundary and any(m.is_boundary(v) for v in (m.origin(gate), m.target(gate), m.apex(gate)))
+
     def rlog(self, x):
         return f(0.5 * log2(f(f(x * self.u) + C(0.003))))
 
@@ -212,10 +284,16 @@ class Surroundings:
     def state(open_faces, valence):
         return 10 * bounded(open_faces, 0, 3) + bounded(valence, 2, 11) - 2
 
-    def null(self, gate, conquered):
+    def face(self, gate, tag, conquered):
         m = self.mesh
         sv, tv, fv = m.origin(gate), m.target(gate), m.apex(gate)
         S, T, front = (self.vertex[v] for v in (sv, tv, fv))
+        p = f(0.5 / max(self.all.F, 1.0))
+        k = f(f(S.F + T.F) + 0.5)
+        self.a = f(f(f(f(S.A + T.A) + front.A) + f(p * self.all.A)) / f(k + front.F))
+        self.e = f(f(f(S.E + T.E) + f(p * self.all.E)) / k)
+        self.a_s, self.a_t = f(S.A / max(S.F, 1.0)), f(T.A / max(T.F, 1.0))
+        self.u = exp2(f(-2 * self.e))
         total = add(add(S.at, T.at), front.at)
 
         def kite(h, corner):
@@ -224,19 +302,41 @@ class Surroundings:
         def few(n):
             return f(C(0.2) * min(n, 16))
 
+        def corner_of(v, i):
+            tags = {None: 0, PLUS: 1, MINUS: 2}[tag[v]]
+            vertex = self.vertex[v]
+            return (3 * i + tags) * 40 + self.state(vertex.open, min(vertex.valence, 15))
+
         behind = m.opposite[gate]
         back = 0.0 if behind is None else kite(behind, front)
-        kites = [kite(h, corner) for h, corner in ((m.opposite[m.next(gate)], S), (m.opposite[m.prev(gate)], T))
-                 if h is not None and conquered[h // 3]]
+        kites, beyond = [], [[0.0] * 7, [0.0] * 7]
+        corners = [corner_of(sv, 0), corner_of(tv, 1), corner_of(fv, 2), None, None]
+        recent_beyond = 0.0
+        for side, (edge, corner) in enumerate(((m.next(gate), S), (m.prev(gate), T))):
+            h = m.opposite[edge]
+            if h is None:
+                continue
+            if conquered[h // 3]:
+                kites.append(kite(h, corner))
+                continue
+            v = m.apex(h)
+            beyond[side] = [f(self.log_area[h // 3] - self.a), f(self.log_length[m.next(h)] - self.e),
+                            f(self.log_length[m.prev(h)] - self.e), 1.0, self.rlog(kite(h, corner)),
+                            f(few(self.vertex[v].valence) - C(1.2)), few(self.vertex[v].open)]
+            recent_beyond += self.recent(v)
+            corners[3 + side] = corner_of(v, 3 + side)
         both = f(0.5 * f(kites[0] + kites[1])) if len(kites) > 1 else kites[0] if kites else 0.0
         G, X, Y = (self.log_length[h] for h in (gate, m.next(gate), m.prev(gate)))
-        inputs = [f(self.log_area[gate // 3] - self.a), f(f(X + Y) - f(2 * self.e)), f(few(m.valence(fv)) - C(1.2)), few(front.open),
+        inputs = [f(self.log_area[gate // 3] - self.a), f(f(X + Y) - f(2 * self.e)), f(few(front.valence) - C(1.2)), few(front.open),
                   few(S.open + T.open), self.recent(fv), f(max(X, Y) - G), f(G - self.e),
-                  f(f(few(m.valence(sv)) + few(m.valence(tv))) - C(2.4)), f(X - Y), self.rlog(back),
+                  f(f(few(S.valence) + few(T.valence)) - C(2.4)), f(X - Y), self.rlog(back),
                   self.rlog(both) if kites else 0.0, self.recent(sv) + self.recent(tv), f(self.a_s - self.a), f(self.a_t - self.a),
-                  f(C(0.2) * min(front.F, 16.0))]
+                  few(front.F)]
+        inputs += beyond[0][:4] + beyond[1][:4]
+        inputs += [side[k] for k in (4, 5, 6) for side in beyond]
+        inputs += [float(self.near_boundary(gate)), recent_beyond]
         states = [self.state(v.open - 1, min(v.valence, 15)) for v in (T, front, S)]
-        return Hypothesis(NULL, None, states, inputs)
+        return Face(inputs, corners, Hypothesis(NULL, None, states, inputs[:INPUTS]))
 
     def describe(self, symbol, patch, conquered):
         n = patch.size
