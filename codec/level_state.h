@@ -23,7 +23,7 @@ namespace pmcd::codec {
 struct Models {
   SymbolModel symbol{PassKind::decimating};
   SymbolModel clean{PassKind::cleaning};
-  AdaptiveBit ear;    ///< beyond a boundary edge, in ear passes
+  AdaptiveBit ear;  ///< beyond a boundary edge, in ear passes
   PositionModels position;
   std::array<SignedModel, 3> isolated;  ///< per axis
 };

@@ -18,7 +18,7 @@ constexpr std::size_t kFewestValues = 16;
 // Guesses of a step.
 constexpr std::size_t kGuesses = 24;
 // Of the gaps, how many must be multiples of a step.
-constexpr double kWorthShare = 0.6;
+constexpr double kWorthOfGrid = 0.6;
 
 struct Gap {
   double size = 0;
@@ -114,7 +114,7 @@ std::optional<SteppedGrid> SteppedGridSearch::find(double blur) const {
   std::sort(guesses.begin(), guesses.end(), [](const Gap& a, const Gap& b) { return a.size < b.size; });
   std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.blur < b.blur; });
   double best_step = 0;
-  double best_share = kWorthShare;
+  double best_share = kWorthOfGrid;
   for (std::size_t guess = 0; guess < kGuesses && !guesses.empty(); ++guess) {
     double step = 0;
     const double share = refine(gaps, guesses[guess * guess * guesses.size() / (kGuesses * kGuesses * 4)], step);

@@ -12,7 +12,7 @@
 namespace pmcd::codec::testing {
 namespace {
 
-constexpr std::int32_t kMost = 4095;
+constexpr std::int32_t kMostPoint = 4095;
 
 Reflection flip_x(std::int32_t sum) {
   Reflection reflection;
@@ -32,10 +32,10 @@ TEST(Reflection, FlipsTheAxesThatItNames) {
 
 TEST(Images, NearOnesAreFoundTheLatestFirst) {
   Images images;
-  images.begin(flip_x(2 * kMost), 1000, 2 * kMost);  // buckets of 2^7 half steps
-  images.add({2 * kMost - 500, 600, 700});
-  images.add({2 * kMost - 502, 602, 700});
-  images.add({2 * kMost - 5000, 600, 700});
+  images.begin(flip_x(2 * kMostPoint), 1000, 2 * kMostPoint);  // buckets of 2^7 half steps
+  images.add({2 * kMostPoint - 500, 600, 700});
+  images.add({2 * kMostPoint - 502, 602, 700});
+  images.add({2 * kMostPoint - 5000, 600, 700});
   const Images::Nearby nearby = images.near({505, 600, 690});
   ASSERT_EQ(nearby.size, 2u);
   EXPECT_EQ(nearby.image[0], (LatticePoint{502, 602, 700}));
@@ -45,7 +45,7 @@ TEST(Images, NearOnesAreFoundTheLatestFirst) {
 
 TEST(Images, ManyInOnePlaceAreBounded) {
   Images images;
-  images.begin(flip_x(0), 100'000, 2 * kMost);
+  images.begin(flip_x(0), 100'000, 2 * kMostPoint);
   for (int i = 0; i < 1000; ++i) images.add({0, 0, 0});
   EXPECT_EQ(images.near({0, 0, 0}).size, Images::kMost);
 }
@@ -73,22 +73,23 @@ TEST(Images, TheBestFitsWhatIsKnown) {
 
 std::vector<LatticePoint> cloud(bool mirrored) {
   Random random(5);
-  std::vector<LatticePoint> points = {{0, 0, 0}, {kMost, kMost, kMost}};
+  std::vector<LatticePoint> points = {{0, 0, 0}, {kMostPoint, kMostPoint, kMostPoint}};
   for (int i = 0; i < 500; ++i) {
-    const LatticePoint p{static_cast<std::int32_t>(random.below(kMost)), static_cast<std::int32_t>(random.below(kMost)),
-                         static_cast<std::int32_t>(random.below(kMost))};
+    const LatticePoint p{static_cast<std::int32_t>(random.below(kMostPoint)),
+                         static_cast<std::int32_t>(random.below(kMostPoint)),
+                         static_cast<std::int32_t>(random.below(kMostPoint))};
     points.push_back(p);
-    if (mirrored) points.push_back({p[0], kMost - p[1], p[2]});
+    if (mirrored) points.push_back({p[0], kMostPoint - p[1], p[2]});
   }
   return points;
 }
 
 TEST(ReflectionSearch, FindsTheAxisAndTheCentre) {
-  const Reflection found = find_reflection(cloud(true), kMost, {});
+  const Reflection found = find_reflection(cloud(true), kMostPoint, {});
   EXPECT_EQ(found.flips, (std::array<bool, 3>{false, true, false}));
-  EXPECT_EQ(found.sum[1], 2 * kMost);
-  EXPECT_FALSE(find_reflection(cloud(false), kMost, {}).any());
-  EXPECT_FALSE(find_reflection({}, kMost, {}).any());
+  EXPECT_EQ(found.sum[1], 2 * kMostPoint);
+  EXPECT_FALSE(find_reflection(cloud(false), kMostPoint, {}).any());
+  EXPECT_FALSE(find_reflection({}, kMostPoint, {}).any());
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ std::string complaint(const HalfEdgeMesh& mesh) {
         ++boundary_from[v];
         continue;
       }
-      if (HalfEdgeMesh::face_of(o) >= mesh.face_count() || HalfEdgeMesh::edge_of(o) > 2) return at("opposite out of range at half-edge", h);
+      if (HalfEdgeMesh::face_of(o) >= mesh.face_count() || HalfEdgeMesh::edge_of(o) > 2)
+        return at("opposite out of range at half-edge", h);
       if (mesh.is_free_slot(HalfEdgeMesh::face_of(o))) return at("opposite in a free slot at half-edge", h);
       if (mesh.opposite(o) != h) return at("opposite not symmetric at half-edge", h);
       if (mesh.origin(o) != mesh.target(h) || mesh.target(o) != v)

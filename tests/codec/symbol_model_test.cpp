@@ -22,14 +22,14 @@ struct Chances {
 };
 
 // Before any gate of a mesh of which nothing is decided.
-struct Scene {
+struct GateScene {
   TriangleMesh triangles = sphere(3);
   HalfEdgeMesh mesh = HalfEdgeMesh::build(triangles.faces, triangles.positions.size()).value();
   Marks marks;
   std::vector<LatticePoint> points;
   Surroundings surroundings;
 
-  Scene() : points(points_of(triangles)), surroundings(mesh, points, PassKind::decimating, 0, mesh.vertex_count()) {
+  GateScene() : points(points_of(triangles)), surroundings(mesh, points, PassKind::decimating, 0, mesh.vertex_count()) {
     marks.clear(mesh);
   }
   static std::vector<LatticePoint> points_of(const TriangleMesh& of) {
@@ -52,7 +52,7 @@ struct Scene {
 };
 
 TEST(SymbolModelTest, WhereAllFacesAreClearTheyComeFirstAndPatchesAmongThemselves) {
-  Scene scene;
+  GateScene scene;
   SymbolModel model(PassKind::decimating);
   model.set_clear(0);
   EXPECT_EQ(scene.ask(model, 0, kNull).size(), 1u);
@@ -63,7 +63,7 @@ TEST(SymbolModelTest, WhereAllFacesAreClearTheyComeFirstAndPatchesAmongThemselve
 }
 
 TEST(SymbolModelTest, WhereNoFaceIsClearThePatchesShareInTheFirstDecision) {
-  Scene scene;
+  GateScene scene;
   SymbolModel alone(PassKind::decimating);
   alone.set_clear(0);
   SymbolModel together(PassKind::decimating);
@@ -78,7 +78,7 @@ TEST(SymbolModelTest, WhereNoFaceIsClearThePatchesShareInTheFirstDecision) {
 }
 
 TEST(SymbolModelTest, AFaceIsClearIfItsShareIsAboveTheBound) {
-  Scene scene;
+  GateScene scene;
   SymbolModel model(PassKind::decimating);
   model.set_clear(0);
   const double share = 1 - scene.ask(model, 9, kNull)[0] / 65536.0;
@@ -96,7 +96,7 @@ TEST(SymbolModelTest, AFaceIsClearIfItsShareIsAboveTheBound) {
 TEST(SymbolModelTest, WhatComesOftenBecomesCheap) {
   for (const float clear : {0.0f, 1.0f}) {
     for (const Symbol often : {kNull, Symbol{5}}) {
-      Scene scene;
+      GateScene scene;
       SymbolModel model(PassKind::decimating);
       model.set_clear(clear);
       auto cost = [&] {  // as a probability
@@ -114,7 +114,7 @@ TEST(SymbolModelTest, WhatComesOftenBecomesCheap) {
 
 // The face learns from what is decided together with the patches too, so that it is right when it is asked alone.
 TEST(SymbolModelTest, FacesLearnWhileTheyAreNotClear) {
-  Scene scene;
+  GateScene scene;
   SymbolModel model(PassKind::decimating);
   model.set_clear(1);
   for (int i = 0; i < 200; ++i) scene.ask(model, 3, 6);
