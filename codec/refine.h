@@ -29,8 +29,8 @@ struct LevelBounds {
 /// sum / count, rounded, halves up. REQUIRES: 3 <= count <= 6, sum < 2^28; then this is what division gives, in less
 /// time.
 inline std::int32_t rounded_mean(std::uint32_t sum, unsigned count) {
-  constexpr auto inverse = [](unsigned n) { return (std::uint64_t{1} << 40) / (2 * n) + 1; };
-  constexpr std::array<std::uint64_t, 7> kInverse = {0, 0, 0, inverse(3), inverse(4), inverse(5), inverse(6)};
+  constexpr auto kOneBy = [](unsigned n) { return (std::uint64_t{1} << 40) / (2 * n) + 1; };
+  constexpr std::array<std::uint64_t, 7> kInverse = {0, 0, 0, kOneBy(3), kOneBy(4), kOneBy(5), kOneBy(6)};
   return static_cast<std::int32_t>(((2 * sum + count) * kInverse[count]) >> 40);
 }
 
