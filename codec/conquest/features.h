@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "codec/entropy/softmax.h"
+#include "codec/geometry/lanes.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec::features {
@@ -34,15 +35,6 @@ inline Four squared(Four a, Four b, Four c, Four d) {
   const Four y = __builtin_shufflevector(ab_low, cd_low, 2, 3, 6, 7);
   const Four z = __builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5);
   return x * x + y * y + z * z;
-}
-
-inline float squared(Four a) {
-  const Four square = a * a;
-  return square[0] + square[1] + square[2];
-}
-
-inline Four cross(Four a, Four b) {
-  return Four{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], 0};
 }
 
 inline Four guarded_log2(Four x) {

@@ -103,7 +103,8 @@ void Surroundings::describe_patch(const HalfEdgeMesh& mesh, const Marks& marks, 
   float longest_diagonal = 0;
   float shortest_diagonal = 1e30f;
   for (unsigned k = 0; k + 1u < kTriangles; ++k) {
-    const float diagonal = squared(ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]]);
+    const Four along = ring[triangulation.diagonal[k][0]] - ring[triangulation.diagonal[k][1]];
+    const float diagonal = dot(along, along);
     diagonals += diagonal;
     longest_diagonal = std::max(longest_diagonal, diagonal);
     shortest_diagonal = std::min(shortest_diagonal, diagonal);

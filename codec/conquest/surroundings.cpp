@@ -11,7 +11,6 @@ namespace pmcd::codec {
 
 using features::at;
 using features::brief_of;
-using features::cross;
 using features::guarded_log2;
 using features::squared;
 
