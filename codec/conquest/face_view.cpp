@@ -13,8 +13,20 @@ using features::kOutcome;
 using features::set_bounded;
 using features::squared;
 
+namespace {
+
+// A fifth of each number up to 16.
+constexpr auto kFew = [] {
+  std::array<float, 17> fifths{};
+  for (std::size_t n = 0; n < fifths.size(); ++n) fifths[n] = 0.2f * static_cast<float>(n);
+  return fifths;
+}();
+
+}  // namespace
+
 inline std::uint16_t Surroundings::corner_of(std::uint32_t v, std::size_t place, Tag tag) const {
-  const std::size_t kind = 3 * place + (tag == Tag::none ? 0u : (tag == Tag::plus ? 1u : 2u));
+  static_assert(Tag::none == Tag{0} && Tag::plus == Tag{1} && Tag::minus == Tag{2});
+  const std::size_t kind = 3 * place + static_cast<std::size_t>(tag);
   return static_cast<std::uint16_t>(kind * kVertexStates + kOutcome[0][vertex_[v].brief].state);
 }
 
@@ -47,7 +59,7 @@ const FaceView& Surroundings::look_at_face(const HalfEdgeMesh& mesh, const Marks
   view.corner = {corner_of(s, 0, marks.tag[s]), corner_of(t, 1, marks.tag[t]), corner_of(front, 2, marks.tag[front]),
                  kNoCorner, kNoCorner};
   auto recent = [&](std::uint32_t v) { return static_cast<int>(v >= previous_); };
-  auto few = [](std::uint32_t n) { return 0.2f * static_cast<float>(std::min<std::uint32_t>(n, 16)); };
+  auto few = [](std::uint32_t n) { return kFew[std::min<std::uint32_t>(n, kFew.size() - 1)]; };
 
   const Four sum = at_s.position + at_t.position + at_front.position;
   const std::array<std::uint32_t, 2> inner = {HalfEdgeMesh::next(gate), HalfEdgeMesh::prev(gate)};
