@@ -41,8 +41,9 @@ struct BaseStep {
   bool arrives = false;
 };
 
-/// When the positions that are still to come in a packet are guessed: once before the first of them, or after the
-/// connectivity and before the positions of each pass (0.1 bits a vertex less, a third more time).
+/// What a packet spends time on. When the positions that are still to come in it are guessed: once before the first of
+/// them, or after the connectivity and before the positions of each pass (0.1 bits a vertex less, a third more time).
+/// And with the latter, faces are clear only above kClear (refine.h).
 enum class Guessing : std::uint8_t { once = 0, often = 1 };
 
 /// What a stretch of a packet is about, for the encoder's account of bits.

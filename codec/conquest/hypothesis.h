@@ -41,7 +41,7 @@ inline constexpr std::size_t kFaceCorners = 5;
 inline constexpr std::size_t kCornerStates = kFaceCorners * 3 * kVertexStates;
 inline constexpr std::uint16_t kNoCorner = kCornerStates;  ///< nothing undecided lies beyond
 struct FaceView {
-  FaceInputs input;  ///< features, see hypothesis.cpp
+  FaceInputs input;  ///< features, see face_view.cpp
   std::array<std::uint16_t, kFaceCorners> corner{};
 };
 

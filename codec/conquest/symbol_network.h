@@ -25,7 +25,7 @@ using HiddenLanes = Lanes<kHiddenUnits>;
 inline constexpr std::size_t kFaceUnits = 8;
 using FaceLanes = Lanes<kFaceUnits>;
 
-/// As stored, times kWeightScale.
+/// As stored, times kScale.
 struct SymbolWeights {
   static constexpr float kScale = 1024.0f;
   std::array<std::array<std::array<std::int16_t, kHiddenUnits>, kSymbolInputs>, kSymbolRows> hidden;

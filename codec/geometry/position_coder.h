@@ -123,7 +123,7 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
-      const auto variance_f = static_cast<float>(variance);
+      const auto spread_squared = static_cast<float>(variance);
       std::array<RepeatedValue, Mixture::kSpikes> repeated{};
       for (std::size_t kind = 0; kind < kinds; ++kind) {
         std::size_t times = 0;
@@ -141,8 +141,8 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
         const auto away = static_cast<float>(repeated[kind].value - centre);
         const float square = away * away;
         // Hard to foresee, so there is no branch.
-        const std::size_t far = (square >= 0.09f * variance_f ? 1u : 0u) + (square >= variance_f ? 1u : 0u) +
-                                (square >= 6.25f * variance_f ? 1u : 0u);
+        const std::size_t far = (square >= 0.09f * spread_squared ? 1u : 0u) + (square >= spread_squared ? 1u : 0u) +
+                                (square >= 6.25f * spread_squared ? 1u : 0u);
         repeated[kind].context = (std::min<std::size_t>(times, 7) * 3 + outcome[kind]) * 4 + far;
       }
       Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));

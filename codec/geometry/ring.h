@@ -51,6 +51,7 @@ inline void find_apexes(const HalfEdgeMesh& mesh, Ring& ring) {
   }
 }
 
+/// The ring of `centre`; empty for an isolated vertex. [its valence, at most Ring::kMost]
 inline Ring collect_ring(const HalfEdgeMesh& mesh, std::uint32_t centre) {
   Ring ring;
   collect_spokes(mesh, centre, ring);

@@ -6,7 +6,6 @@ wrote, and writes them into codec/conquest/symbol_weights.cpp. The patches' numb
 usage: train.py GATES SYMBOL_WEIGHTS_CPP [STEPS]
 """
 import pathlib
-import re
 import sys
 
 import numpy as np
@@ -107,7 +106,7 @@ def main():
         print(f"kind {kind}: {len(chosen)} gates")
         networks.append(text_of(fit(chosen, steps, rng)))
     text = path.read_text(encoding="utf-8")
-    head = text[:text.index("    // face\n")] if "    // face\n" in text else text[:text.rindex("};")].rstrip() + "\n"
+    head = text[:text.index("    // face\n")]
     path.write_text(head + "    // face\n{{" + ",\n".join(networks) + "}}\n};\n\n}  // namespace pmcd::codec\n", encoding="utf-8")
 
 
