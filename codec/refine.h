@@ -149,6 +149,7 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
                       std::size_t later_passes, Source& source) {
   const std::size_t stage = std::min(later_passes, kEarliestPass);
   const std::int32_t most = state.lattice.max_index() >> state.shift;
+  Repetition& repetition = state.models.position.repetition;
   RingWalk<> rings(state.mesh, surface, first, end);
   for (std::uint32_t v = first; v < end; ++v) {
     const Ring& ring = rings.next();
@@ -159,7 +160,7 @@ Status code_positions(LevelState& state, Surface& surface, std::uint32_t first, 
       return Error{ErrorCode::corrupt_data, v, "the packet's geometry leaves the lattice"};
     }
     settle(state, surface, ring, expected, v, middle_of(cell, state.shift));
-    if (state.models.position.reflection.any()) state.models.position.images.add(state.points[v]);
+    if (repetition.reflection.any()) repetition.images.add(state.points[v]);
   }
   return {};
 }
@@ -230,10 +231,10 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
 
   surface.build(state.mesh, state.points, state.spreads);
   state.spreads.resize(state.points.size());
-  PositionModels& models = state.models.position;
-  if (models.reflection.any()) {
-    models.images.begin(models.reflection, state.points.size(), most);
-    for (std::uint32_t v = 0; v < old_count; ++v) models.images.add(state.points[v]);
+  Repetition& repetition = state.models.position.repetition;
+  if (repetition.reflection.any()) {
+    repetition.images.begin(repetition.reflection, state.points.size(), most);
+    for (std::uint32_t v = 0; v < old_count; ++v) repetition.images.add(state.points[v]);
   }
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {

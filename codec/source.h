@@ -25,6 +25,7 @@
 #include "codec/conquest/conquest.h"
 #include "codec/entropy/range_coder.h"
 #include "codec/geometry/reflection.h"
+#include "codec/geometry/structure.h"
 #include "codec/lattice/cell.h"
 #include "codec/lattice/exactness_form.h"
 #include "codec/lattice/lattice.h"
@@ -65,7 +66,7 @@ class PacketReader {
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
   [[nodiscard]] Guessing wanted_guessing() const { return Guessing::once; }
-  [[nodiscard]] bool wanted_structured() const { return false; }
+  [[nodiscard]] Structure wanted_structure() const { return Structure::none; }
   [[nodiscard]] Reflection wanted_reflection() const { return {}; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }
   [[nodiscard]] PassKind wanted_pass_kind() const { return PassKind::decimating; }

@@ -197,9 +197,13 @@ template <typename Source>
 Status code_base_level(LevelState& state, Source& source, std::uint32_t max_vertices, std::uint32_t max_faces,
                        unsigned shift) {
   if (shift >= state.lattice.bits) return Error{ErrorCode::corrupt_data, shift, "a level without a digit"};
-  state.models.position.structured = source.raw(source.wanted_structured() ? 1 : 0, 1) != 0;
+  const std::uint32_t structure = source.raw(static_cast<std::uint32_t>(source.wanted_structure()), 2);
+  if (structure > static_cast<std::uint32_t>(Structure::all)) {
+    return Error{ErrorCode::corrupt_data, structure, "an unknown kind of structure"};
+  }
+  state.models.position.repetition.structure = static_cast<Structure>(structure);
   const Reflection wanted = source.wanted_reflection();
-  Reflection& reflection = state.models.position.reflection;
+  Reflection& reflection = state.models.position.repetition.reflection;
   if (source.raw(wanted.any() ? 1 : 0, 1) != 0) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       reflection.flips[axis] = source.raw(wanted.flips[axis] ? 1 : 0, 1) != 0;

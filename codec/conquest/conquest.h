@@ -126,10 +126,10 @@ bool conquer(const HalfEdgeMesh& mesh, std::span<const Seed> seeds, PassKind kin
         push(mesh.opposite(HalfEdgeMesh::prev(gate)), parent_code(kNull, 1));
         continue;
       }
-      if (marks.face.size() < mesh.face_count()) marks.face.resize(mesh.face_count(), 1);
-      if (marks.conquered.size() < mesh.vertex_count()) {
-        marks.conquered.resize(mesh.vertex_count(), 1);
-        marks.tag.resize(mesh.vertex_count(), Tag::plus);
+      while (marks.face.size() < mesh.face_count()) marks.face.push_back(1);
+      while (marks.tag.size() < mesh.vertex_count()) {
+        marks.conquered.push_back(1);
+        marks.tag.push_back(Tag::plus);
       }
       for (unsigned i = 0; i < patch.slot_count; ++i) marks.conquer_face(patch.slots[i]);
       for (std::uint32_t v : patch.ring_vertices()) marks.conquered[v] = 1;

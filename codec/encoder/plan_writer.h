@@ -24,6 +24,7 @@ namespace pmcd::codec {
 struct PacketPlan {
   std::span<const PassRecord> passes;  ///< coarse to fine
   Guessing guessing = Guessing::once;
+  Structure structure = Structure::none;  ///< of the whole mesh
   bool with_isolated = false;
   bool with_exactness = false;
 };
@@ -62,7 +63,7 @@ class PlanWriter {
   void finish() { encoder_.finish(); }
 
   [[nodiscard]] Guessing wanted_guessing() const { return packet_.guessing; }
-  [[nodiscard]] bool wanted_structured() const { return plan_.alignment != Alignment::none; }
+  [[nodiscard]] Structure wanted_structure() const { return packet_.structure; }
   [[nodiscard]] Reflection wanted_reflection() const { return plan_.reflection; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(packet_.passes.size()); }
   [[nodiscard]] PassKind wanted_pass_kind() const { return packet_.passes[pass_].kind; }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -18,26 +19,33 @@ class LogisticTable {
   using FourInts = std::int32_t __attribute__((vector_size(16)));
 
   static FourInts at(Four t) {
-    constexpr float kLast = 2 * kReach - 0x1p-10f;
-    t += kReach;
-    t = t > 0.0f ? t : Four{};
-    t = t < kLast ? t : Four{} + kLast;
-    const FourInts position = __builtin_convertvector(t * static_cast<float>(32 << kFractionBits), FourInts);
+    constexpr Four kMiddle = Four{} + kReach;
+    constexpr Four kLast = Four{} + (2 * kReach - 0x1p-10f);
+    constexpr Four kScale = Four{} + static_cast<float>(32 << kFractionBits);
+    t = smaller(larger(t + kMiddle, Four{}), kLast);
+    const FourInts position = __builtin_convertvector(t * kScale, FourInts);
     const FourInts step = position >> kFractionBits;
     const FourInts fraction = position & ((1 << kFractionBits) - 1);
-    const FourInts low = look_up(kTable, step);
-    const FourInts rise = look_up(kRise, step);
-    return low + ((rise * fraction) >> kFractionBits);
+    const FourInts first = two_steps(step[0], step[1]);
+    const FourInts second = two_steps(step[2], step[3]);
+    const FourInts low = __builtin_shufflevector(first, second, 0, 2, 4, 6);
+    const FourInts rise = __builtin_shufflevector(first, second, 1, 3, 5, 7);
+    return low + (dot_pairs(rise, fraction) >> (kFractionBits - kRiseBits));
   }
 
  private:
   static constexpr float kReach = 16;
   static constexpr int kFractionBits = 10;  // a step of the table is 1/32
+  static constexpr int kRiseBits = 3;  // that rises lack, so that they take 16
   static constexpr std::size_t kSteps = 1024;
 
-  static constexpr std::array<std::int32_t, kSteps + 1> kTable = [] {
+  struct Step {
+    std::int32_t low;
+    std::int32_t rise;  // to the next step's low
+  };
+  static constexpr std::array<Step, kSteps> kTable = [] {
     // e^-t by powers of e^-1/32.
-    std::array<std::int32_t, kSteps + 1> table{};
+    std::array<std::int32_t, kSteps + 1> value{};
     double term = 1;
     double ratio = 1;  // e^-1/32 by its series
     for (int k = 1; k < 30; ++k) {
@@ -49,22 +57,19 @@ class LogisticTable {
       const double upper = 1 / (1 + decay);
       const double above = upper * 16777216.0 + 0.5;
       const double below = (1 - upper) * 16777216.0 + 0.5;
-      table[kSteps / 2 + i] = static_cast<std::int32_t>(above);
-      table[kSteps / 2 - i] = static_cast<std::int32_t>(below);
+      value[kSteps / 2 + i] = static_cast<std::int32_t>(above);
+      value[kSteps / 2 - i] = static_cast<std::int32_t>(below);
       decay *= ratio;
     }
+    std::array<Step, kSteps> table{};
+    for (std::size_t i = 0; i < kSteps; ++i) table[i] = {value[i], (value[i + 1] - value[i]) >> kRiseBits};
     return table;
   }();
-  static constexpr std::array<std::int32_t, kSteps> kRise = [] {
-    std::array<std::int32_t, kSteps> rise{};
-    for (std::size_t i = 0; i < kSteps; ++i) rise[i] = kTable[i + 1] - kTable[i];
-    return rise;
-  }();
 
-  template <typename Table>
-  static FourInts look_up(const Table& table, FourInts step) {
-    auto at_lane = [&](int lane) { return table[static_cast<std::size_t>(step[lane])]; };
-    return FourInts{at_lane(0), at_lane(1), at_lane(2), at_lane(3)};
+  static FourInts two_steps(std::int32_t a, std::int32_t b) {
+    using TwoSteps = std::int64_t __attribute__((vector_size(16)));
+    return (FourInts)TwoSteps{std::bit_cast<std::int64_t>(kTable[static_cast<std::size_t>(a)]),
+                              std::bit_cast<std::int64_t>(kTable[static_cast<std::size_t>(b)])};
   }
 };
 

@@ -75,8 +75,10 @@ inline Four smaller(Four a, Four b) {
   return a < b ? a : b;
 #endif
 }
+/// (first + second) + (third + fourth)
 inline float sum_of(Four four) {
-  return (four[0] + four[1]) + (four[2] + four[3]);
+  const Four pairs = four + __builtin_shufflevector(four, four, 1, 0, 3, 2);
+  return pairs[0] + pairs[2];
 }
 
 /// Floats in lanes of four, for sums of one order.

@@ -14,9 +14,11 @@
 
 namespace pmcd::codec {
 
-/// A value that a coordinate may repeat, and how much speaks for it (a context below kSpikeContexts).
+/// A value that a coordinate may repeat, of which kind (below Mixture::kSpikes) it is, and how much speaks for it (a
+/// context below kSpikeContexts).
 struct RepeatedValue {
   std::int32_t value = 0;
+  std::size_t kind = 0;
   std::size_t context = 0;
 };
 inline constexpr std::size_t kSpikeContexts = 96;
@@ -24,18 +26,15 @@ inline constexpr std::size_t kSpikeContexts = 96;
 class CoordinateModel {
  public:
   CoordinateModel() {
-    for (auto& of_order : weights_) of_order.fill({0.3f, 0.5f, 0.2f});
+    for (auto& of_order : weights_) of_order.fill(Mixture::kEven);
   }
 
-  /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated[k]` is a
-  /// value of kind k. REQUIRES: 0 < spread <= 2^24, mean within -2^30 .. 2^30, at most Mixture::kSpikes repeated
-  /// values.
+  /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated`: one
+  /// value at most of a kind. REQUIRES: 0 < spread <= 2^24, mean within -2^30 .. 2^30.
   Mixture mixture(double mean, float spread, std::size_t order, std::span<const RepeatedValue> repeated) {
     const int half_octave = static_cast<int>(2 * fast_log2(spread) + 64.0f) - 64 + kLowest;
     Mixture mixture(mean, spread, weights_[order][static_cast<std::size_t>(std::clamp(half_octave, 0, kClasses - 1))]);
-    for (std::size_t k = 0; k < repeated.size(); ++k) {
-      mixture.add_spike(repeated[k].value, spike_weights_[k][repeated[k].context]);
-    }
+    for (const RepeatedValue& r : repeated) mixture.add_spike(r.value, spike_weights_[r.kind][r.context]);
     return mixture;
   }
 
@@ -50,9 +49,8 @@ class CoordinateModel {
     };
     const std::int32_t base = bin_of(mixture.mean() - mixture.reach());
     const auto bins = static_cast<std::uint32_t>(bin_of(mixture.mean() + mixture.reach() + 1) - base) + 1;
-    auto edge = [&](std::uint32_t bin) {
-      return static_cast<double>((base + static_cast<std::int32_t>(bin)) << shift) - 0.5;
-    };
+    mixture.begin_at(base << shift);
+    auto edge = [&](std::uint32_t bin) { return static_cast<std::int32_t>(bin << shift); };
 
     // Symbols: something below the bins, the bins, something above them.
     constexpr std::uint32_t kTotal = 1u << 24;
@@ -66,8 +64,10 @@ class CoordinateModel {
     };
     auto guess = [&](std::uint64_t scaled) {
       const std::int32_t* likely = mixture.likely();
-      const std::int32_t bin = (likely != nullptr ? *likely >> shift : bin_of(mixture.quantile(scaled) + 0.5)) - base;
-      return static_cast<std::uint32_t>(std::clamp(bin, 0, static_cast<std::int32_t>(bins) - 1)) + 1;
+      const auto cells = static_cast<float>(bins << shift);
+      const std::int32_t cell =
+          likely != nullptr ? *likely : static_cast<std::int32_t>(std::clamp(mixture.quantile(scaled), 0.0f, cells));
+      return static_cast<std::uint32_t>(std::clamp(cell >> shift, 0, static_cast<std::int32_t>(bins) - 1)) + 1;
     };
     std::uint32_t wanted = 0;
     if ((value >> shift) >= base) wanted = std::min(static_cast<std::uint32_t>((value >> shift) - base), bins) + 1;
@@ -93,18 +93,16 @@ class CoordinateModel {
   template <typename Source>
   std::int32_t code_digits(Source& source, std::int32_t value, Mixture& mixture, std::int32_t known, unsigned digits) {
     const std::int32_t first = known << digits;
-    auto edge = [&](std::uint32_t symbol) {
-      return static_cast<double>(first + static_cast<std::int32_t>(symbol)) - 0.5;
-    };
-    const std::uint32_t below = mixture.below(edge(0));
+    mixture.begin_at(first);
+    const std::uint32_t below = mixture.below(0);
     const std::uint32_t least = 8192u >> digits;  // of 2^24, to each: the cell may lie where nothing was expected
     auto cumulative = [&](std::uint32_t symbol) -> std::uint32_t {
-      return mixture.below(edge(symbol)) - below + symbol * least;
+      return mixture.below(static_cast<std::int32_t>(symbol)) - below + symbol * least;
     };
     auto guess = [&](std::uint64_t /*scaled*/) { return (1u << digits) / 2; };
     const std::uint32_t symbol =
         source.symbol(static_cast<std::uint32_t>(value - first), 1u << digits, guess, cumulative);
-    mixture.learn(edge(symbol), edge(symbol + 1));
+    mixture.learn(static_cast<std::int32_t>(symbol), static_cast<std::int32_t>(symbol) + 1);
     return first + static_cast<std::int32_t>(symbol);
   }
   static constexpr unsigned kMostDigits = 8;

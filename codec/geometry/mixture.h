@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "codec/entropy/logistic_table.h"
 
@@ -18,8 +19,8 @@ class Mixture {
  public:
   static constexpr std::size_t kWidths = 3;
   static constexpr std::size_t kSpikes = 4;
-  static constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread; the fourth is not used
-  using Weights = std::array<float, kWidths>;             // sum 1
+  using Weights = Four;  ///< of the widths, sum 1; the fourth is 0
+  static constexpr Weights kEven = {0.3f, 0.5f, 0.2f, 0};
   /// Of all mass: what stands on a spike's value, and what lies about it within a rounding or two.
   struct SpikeWeights {
     float exact = 0.03f;
@@ -29,14 +30,16 @@ class Mixture {
 
   /// About `mean` with `spread`, in cells. `weights` is learnt from and must outlive the mixture.
   Mixture(double mean, float spread, Weights& weights) : mean_(mean), weights_(weights) {
+    constexpr Four kWidth = {0.35f, 0.7f, 1.6f, 1};  // of the expected spread
     constexpr float kLeast = 0.04f;
     const Four width = kWidth * spread + kLeast;
     inverse_ = 1.0f / width;
+    inverse_[kWidths] = kNarrowness;
     reach_ = 12 * static_cast<double>(width[kWidths - 1]) + 2;
-    for (std::size_t k = 0; k < kWidths; ++k) share_[k] = static_cast<std::uint32_t>(weights[k] * 65535.0f);
   }
 
-  /// A part of the mass, `weights` of it and some at least, stands on one value and near it.
+  /// A part of the mass, `weights` of it and some at least, stands on one value and near it. REQUIRES: fewer than
+  /// kSpikes so far, and begin_at() comes after it. |value| <= 2^26.
   void add_spike(std::int32_t value, SpikeWeights& weights) {
     Spike& spike = spikes_[spike_count_++];
     spike.at = value;
@@ -45,50 +48,64 @@ class Mixture {
     spike.near = part_of_body(weights.near);
   }
 
+  /// Cells are counted from this one: all that follows means number n by the cell `first` + n. REQUIRES: 0 <= first <
+  /// 2^25.
+  void begin_at(std::int32_t first) {
+    const auto from_mean = static_cast<float>(first - 0.5 - mean_);
+    start_ = Four{} + from_mean;
+    share_ = weights_ * (body_ * kNearlyAll);
+    for (std::size_t k = 0; k < spike_count_; ++k) {
+      Spike& spike = spikes_[k];
+      spike.at -= first;
+      const float from_spike = -0.5f - static_cast<float>(spike.at);
+      (k == 0 ? start_[kWidths] : further_start_[static_cast<int>(k) - 1]) = from_spike;
+      (k == 0 ? share_[kWidths] : further_share_[static_cast<int>(k) - 1]) = spike.near * kNearlyAll;
+    }
+  }
+
   [[nodiscard]] double mean() const { return mean_; }
   /// Beyond this distance from the mean nothing is expected.
   [[nodiscard]] double reach() const { return reach_; }
 
-  /// The probability times 2^24 of lying below x, which is no whole number. Never falls.
-  std::uint32_t below(double x) {
+  /// The probability times 2^24 of lying below cell n. Never falls. REQUIRES: begin_at was called; |n| <= 2^25.
+  std::uint32_t below(std::int32_t n) {
     turn_ ^= 1;
-    const auto parts = LogisticTable::at(static_cast<float>(x - mean_) * inverse_);
-    seen_[turn_].x = x;
-    seen_[turn_].parts = parts;
-    std::uint64_t mass = 0;
-    for (std::size_t k = 0; k < kWidths; ++k) mass += std::uint64_t{share_[k]} * static_cast<std::uint32_t>(parts[k]);
-    if (spike_count_ == 0) return static_cast<std::uint32_t>(mass >> 16);
-    mass = (mass >> 16) * body_;
-    const auto nearby = near_below(x);
-    seen_[turn_].nearby = nearby;
-    for (std::size_t k = 0; k < spike_count_; ++k) {
-      if (x > spikes_[k].at) mass += std::uint64_t{spikes_[k].exact} << 24;
-      mass += std::uint64_t{spikes_[k].near} * static_cast<std::uint32_t>(nearby[k]);
+    Seen& seen = seen_[turn_];
+    seen.n = n;
+    const auto cells = static_cast<float>(n);
+    // Every step rounds, and none of them falls.
+    seen.parts = __builtin_convertvector(LogisticTable::at((start_ + cells) * inverse_), Four);
+    float mass = sum_of(share_ * seen.parts);
+    if (spike_count_ > 1) {
+      seen.further = __builtin_convertvector(LogisticTable::at((further_start_ + cells) * kNarrowness), Four);
+      mass += sum_of(further_share_ * seen.further);
     }
-    return static_cast<std::uint32_t>(mass >> 16);
+    for (std::size_t k = 0; k < spike_count_; ++k) mass += n > spikes_[k].at ? spikes_[k].exact * kWhole : 0.0f;
+    return static_cast<std::uint32_t>(mass < kWhole ? mass : kWhole);
   }
 
-  /// The spike on which more than a quarter of the mass stands; null if there is none.
+  /// The spike on which more than a quarter of the mass stands, as a number of its cell; null if there is none.
   [[nodiscard]] const std::int32_t* likely() const {
     const Spike* highest = nullptr;
     for (std::size_t k = 0; k < spike_count_; ++k) {
-      if (spikes_[k].exact > (highest == nullptr ? 16384u : highest->exact)) highest = &spikes_[k];
+      if (spikes_[k].exact > (highest == nullptr ? 0.25f : highest->exact)) highest = &spikes_[k];
     }
     return highest == nullptr ? nullptr : &highest->at;
   }
 
-  /// About where below() reaches `mass`.
-  [[nodiscard]] double quantile(std::uint64_t mass) const {
-    constexpr double kLn2 = 0.6931;
+  /// About where below() reaches `mass`: a number of cells, with its fraction.
+  [[nodiscard]] float quantile(std::uint64_t mass) const {
+    constexpr float kLn2 = 0.6931f;
     const float from_left = static_cast<float>(mass) + 1;
-    const float from_right = 16777217.0f - from_left > 1 ? 16777217.0f - from_left : 1;
-    return mean_ + kLn2 * static_cast<double>((fast_log2(from_left) - fast_log2(from_right)) / inverse_[1]);
+    const float from_right = kWhole + 1 - from_left > 1 ? kWhole + 1 - from_left : 1;
+    return kLn2 * (fast_log2(from_left) - fast_log2(from_right)) / inverse_[1] - start_[1];
   }
 
-  /// What came lies between `from` and `to`: those that expected it gain. [faster if below() was asked of both last]
-  void learn(double from, double to) {
-    if (seen_[turn_].x != to || seen_[turn_ ^ 1].x != from) {
-      if (seen_[turn_].x == from && seen_[turn_ ^ 1].x == to) {
+  /// What came lies in the cells from `from` to before `to`: those that expected it gain. [faster if below() was asked
+  /// of both last]
+  void learn(std::int32_t from, std::int32_t to) {
+    if (seen_[turn_].n != to || seen_[turn_ ^ 1].n != from) {
+      if (seen_[turn_].n == from && seen_[turn_ ^ 1].n == to) {
         turn_ ^= 1;
       } else {
         below(from);
@@ -100,25 +117,20 @@ class Mixture {
     constexpr float kRate = 0.02f;
     constexpr float kSpikeRate = 0.025f;
     constexpr float kFall = 0.08f;
-    const auto mass = at_to.parts - at_from.parts;
-    std::array<float, kWidths> part{};
-    float sum = 0;
-    for (std::size_t k = 0; k < kWidths; ++k) {
-      part[k] = weights_[k] * (static_cast<float>(mass[k]) + 1);
-      sum += part[k];
-    }
-    const float share = 1 / sum;
-    for (std::size_t k = 0; k < kWidths; ++k) weights_[k] += kRate * (part[k] * share - weights_[k]);
+    const Four mass = at_to.parts - at_from.parts;
+    const Four part = weights_ * (mass + 1.0f);
+    const float sum = sum_of(part);
+    weights_ += kRate * (part * (1 / sum) - weights_);
     if (spike_count_ == 0) return;
 
-    const auto nearby = at_to.nearby - at_from.nearby;
     std::array<float, kSpikes> exact{};
     std::array<float, kSpikes> near{};
-    float total = sum * static_cast<float>(body_);
+    float total = sum * body_;
     for (std::size_t k = 0; k < spike_count_; ++k) {
       const Spike& spike = spikes_[k];
-      if (spike.at > from && spike.at < to) exact[k] = static_cast<float>(spike.exact) * 16777216.0f;
-      near[k] = static_cast<float>(spike.near) * static_cast<float>(nearby[k]);
+      const int lane = static_cast<int>(k) - 1;
+      if (spike.at >= from && spike.at < to) exact[k] = spike.exact * kWhole;
+      near[k] = spike.near * (k == 0 ? mass[kWidths] : at_to.further[lane] - at_from.further[lane]);
       total += exact[k] + near[k];
     }
     const float part_of_total = 1 / total;
@@ -131,44 +143,42 @@ class Mixture {
   }
 
  private:
+  static constexpr float kWhole = 16777216;
+  static constexpr float kNearlyAll = 0.99998f;  // for weights' sum is 1 but for rounding
+  static constexpr float kNarrowness = 2.2f;     // about spikes: a width of 0.45 cells
+
   struct Seen {
-    double x = 0;
-    LogisticTable::FourInts parts{};
-    LogisticTable::FourInts nearby{};
+    std::int32_t n = std::numeric_limits<std::int32_t>::min();
+    Four parts;    // of the three widths, of the first spike
+    Four further;  // of the other spikes
   };
   struct Spike {
-    std::int32_t at = 0;
-    std::uint32_t exact = 0;  // of 2^16
-    std::uint32_t near = 0;
-    SpikeWeights* learnt = nullptr;
+    std::int32_t at;  // from begin_at() on, a number of its cell
+    float exact;
+    float near;
+    SpikeWeights* learnt;
   };
 
-  std::uint32_t part_of_body(float weight) {
+  float part_of_body(float weight) {
     constexpr float kLeast = 0.0004f;
-    const auto part = static_cast<std::uint32_t>((weight < kLeast ? kLeast : weight) * static_cast<float>(body_));
+    const float part = (weight < kLeast ? kLeast : weight) * body_;
     body_ -= part;
     return part;
   }
 
-  [[nodiscard]] LogisticTable::FourInts near_below(double x) const {
-    constexpr float kNarrowness = 2.2f;  // a width of 0.45 cells
-    Four distance{};
-    for (int k = 0; k < static_cast<int>(kSpikes); ++k) {
-      distance[k] = static_cast<float>(x - spikes_[static_cast<std::size_t>(k)].at);
-    }
-    return LogisticTable::at(distance * kNarrowness);
-  }
-
   double mean_;
-  double reach_ = 0;
+  double reach_;
+  Weights& weights_;
   std::array<Seen, 2> seen_;  // of the last two calls of below()
   std::size_t turn_ = 0;
-  Four inverse_{};
-  std::array<std::uint32_t, kWidths> share_{};  // of 2^16, together a little less
-  Weights& weights_;
-  std::array<Spike, kSpikes> spikes_{};
+  Four inverse_;  // as the next two: of the three widths, of the first spike
+  Four start_;
+  Four share_;
+  Four further_start_{};  // of the other spikes
+  Four further_share_{};
+  std::array<Spike, kSpikes> spikes_;  // only the first are filled
   std::size_t spike_count_ = 0;
-  std::uint32_t body_ = 65536;  // what the spikes leave
+  float body_ = 1;  // what the spikes leave
 };
 
 }  // namespace pmcd::codec

@@ -7,29 +7,24 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "codec/geometry/coordinate_model.h"
 #include "codec/geometry/predictor.h"
-#include "codec/geometry/reflection.h"
-#include "codec/geometry/repeats.h"
-#include "codec/geometry/value_counts.h"
+#include "codec/geometry/repeated_values.h"
 #include "codec/lattice/lattice.h"
 
 namespace pmcd::codec {
 
 /// What the position coder codes by; encoder and decoder hold the same.
 struct PositionModels {
-  CoordinateModel first;              ///< positions
-  CoordinateModel further;            ///< digits of positions that are known coarsely
-  std::array<ValueCounts, 3> values;  ///< by axis, if structured
-  Reflection reflection;              ///< of the mesh onto itself, if any axis flips
-  Images images;                      ///< of the vertices that are known
-  bool structured = false;            ///< the mesh repeats coordinates: look for them
+  CoordinateModel first;    ///< positions
+  CoordinateModel further;  ///< digits of positions that are known coarsely
+  Repetition repetition;
 };
 
 /// Codes the cell of a vertex, all its digits, or with `known` those below the cells that are known: `digits` of them.
@@ -67,30 +62,11 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
     seen[i] = (*known)[axis[i]] * width + (width - 1) / 2 - mean[i];
     noise[i] = width * width * kRounding;
   }
-  // Repeated values are looked for unless digits are known, which say more. Where both are looked for, images stand in
-  // for corners, which say little beside them.
-  constexpr std::size_t kImages = static_cast<std::size_t>(Repeat::corner);
-  const bool reflects = known == nullptr && models.reflection.any();
-  std::size_t kinds = 0;
-  std::array<Repeated, kRepeats> most_often;
-  Images::Nearby nearby;
-  if (reflects) {
-    kinds = 1;
-    LatticePoint about{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double bounded = std::min(std::max(mean[i], 0.0), static_cast<double>(most));
-      about[axis[i]] = static_cast<std::int32_t>(bounded) << (shift + 1);
-    }
-    nearby = models.images.near(about);
+  // Where digits are known these say more than repeated values do.
+  std::optional<RepeatedValues> repeats;
+  if (known == nullptr && models.repetition.any()) {
+    repeats.emplace(models.repetition, surface, ring, axis, mean, most, shift);
   }
-  if (models.structured && known == nullptr) {
-    kinds = Mixture::kSpikes;
-    for (std::size_t kind = 0; kind < kRepeats; ++kind) {
-      if (reflects && kind == kImages) continue;
-      most_often[kind] = most_frequent(surface, ring, static_cast<Repeat>(kind), shift);
-    }
-  }
-  std::array<std::size_t, Mixture::kSpikes> outcome{};  // of the repeated values so far: 0 nothing yet, 1 hit, 2 not
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = i == 0 ? 1 : 0;
     const std::size_t k = i == 2 ? 1 : 2;
@@ -123,33 +99,12 @@ bool code_position(PositionModels& models, Source& source, const Surface& surfac
       Mixture mixture = models.further.mixture(centre, static_cast<float>(spread), i, {});
       value = models.further.code_digits(source, want, mixture, (*known)[axis[i]], digits);
     } else {
-      const auto spread_squared = static_cast<float>(variance);
-      std::array<RepeatedValue, Mixture::kSpikes> repeated{};
-      for (std::size_t kind = 0; kind < kinds; ++kind) {
-        std::size_t times = 0;
-        if (reflects && (kinds == 1 || kind == kImages)) {
-          times = best_image(nearby, axis, i, cell, mean, tangential, shift, repeated[kind].value);
-        } else if (kind < kRepeats) {
-          const int lane = static_cast<int>(axis[i]);
-          times = static_cast<std::size_t>(most_often[kind].times[lane]);
-          repeated[kind].value = most_often[kind].value[lane];
-        } else {
-          models.values[axis[i]].begin(shift);
-          const std::size_t count = models.values[axis[i]].best_near(centre, 3 * spread + 1, repeated[kind].value);
-          times = static_cast<std::size_t>(std::bit_width(count));
-        }
-        const auto away = static_cast<float>(repeated[kind].value - centre);
-        const float square = away * away;
-        // Hard to foresee, so there is no branch.
-        const std::size_t far = (square >= 0.09f * spread_squared ? 1u : 0u) + (square >= spread_squared ? 1u : 0u) +
-                                (square >= 6.25f * spread_squared ? 1u : 0u);
-        repeated[kind].context = (std::min<std::size_t>(times, 7) * 3 + outcome[kind]) * 4 + far;
-      }
-      Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, std::span(repeated).first(kinds));
+      std::span<const RepeatedValue> repeated;
+      if (repeats) repeated = repeats->expect(i, centre, spread, cell, tangential);
+      Mixture mixture = models.first.mixture(centre, static_cast<float>(spread), i, repeated);
       value = models.first.code(source, want, mixture, most);
       if (value < 0) return false;
-      if (models.structured) models.values[axis[i]].learn(value);
-      for (std::size_t kind = 0; kind < kinds; ++kind) outcome[kind] = repeated[kind].value == value ? 1 : 2;
+      if (repeats) repeats->learn(i, value);
     }
     cell[axis[i]] = value;
     seen[i] = value - mean[i];

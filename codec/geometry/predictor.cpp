@@ -29,20 +29,19 @@ std::size_t group_of(const Ring& ring) {
   return ring.size < 8 ? ring.size - (ring.size < 3 ? ring.size : 3) : 5;
 }
 
-// Lane by lane the median; counting who is smaller needs no branches.
-Four median(const std::array<Four, Ring::kMost>& values, std::size_t count) {
-  const FourInts upper = FourInts{} + static_cast<std::int32_t>(count / 2);
-  const FourInts lower = FourInts{} + static_cast<std::int32_t>((count - 1) / 2);
-  const Four none{};
-  Four twice{};
-  for (std::size_t i = 0; i < count; ++i) {
-    FourInts rank{};
-    for (std::size_t j = 0; j < i; ++j) rank -= values[j] <= values[i];
-    for (std::size_t j = i + 1; j < count; ++j) rank -= values[j] < values[i];
-    twice += rank == upper ? values[i] : none;
-    twice += rank == lower ? values[i] : none;
+// Lane by lane the median of the first `count` values, which are sorted for it.
+Four median(std::array<Four, Ring::kMost>& values, std::size_t count) {
+  for (std::size_t i = 1; i < count; ++i) {
+    // Into those before it: each keeps the smaller and hands on the larger.
+    Four handed = values[i];
+    for (std::size_t j = 0; j < i; ++j) {
+      const Four least = smaller(values[j], handed);
+      handed = larger(values[j], handed);
+      values[j] = least;
+    }
+    values[i] = handed;
   }
-  return 0.5f * twice;
+  return 0.5f * (values[(count - 1) / 2] + values[count / 2]);
 }
 
 float absolute(float value) {

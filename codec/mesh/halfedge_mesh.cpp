@@ -155,41 +155,24 @@ void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
   face_valence_.reserve(vertices);
 }
 
-void HalfEdgeMesh::reorder(std::span<std::uint32_t> order) {
-  {
-    std::vector<std::uint32_t> place(order.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-    auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : halfedge(place[face_of(h)], edge_of(h)); };
-    for (HalfEdge& halfedge : halfedge_) halfedge.opposite = moved(halfedge.opposite);
-    for (std::uint32_t& h : outgoing_) h = moved(h);
-  }
-  // In place, for memory: each cycle of the permutation moves by one; what is done is its own place.
-  auto face_at = [&](std::uint32_t f) {
-    return std::array<HalfEdge, 4>{halfedge_[4 * f], halfedge_[4 * f + 1], halfedge_[4 * f + 2], halfedge_[4 * f + 3]};
-  };
-  auto put = [&](std::uint32_t f, const std::array<HalfEdge, 4>& face) {
-    std::copy(face.begin(), face.end(), halfedge_.begin() + 4 * static_cast<std::ptrdiff_t>(f));
-  };
-  for (std::uint32_t start = 0; start < order.size(); ++start) {
-    if (order[start] == start) continue;
-    const std::array<HalfEdge, 4> first = face_at(start);
-    // A cycle leads anywhere in memory: what the step after the next one reads is fetched.
-    std::uint32_t at = start;
-    std::uint32_t from = order[at];
-    std::uint32_t then = order[from];
-    while (from != start) {
-      const std::uint32_t soon = order[then];
-      foresee(halfedge(soon, 0));
-      __builtin_prefetch(&order[soon]);
-      put(at, face_at(from));
-      order[at] = at;
-      at = from;
-      from = then;
-      then = soon;
+void HalfEdgeMesh::reorder(std::span<const std::uint32_t> order) {
+  std::vector<std::uint32_t> place(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : halfedge(place[face_of(h)], edge_of(h)); };
+  // Into a copy: moving cycle by cycle in place would wait for memory at each step.
+  std::vector<HalfEdge> ordered;
+  ordered.reserve(halfedge_.capacity());
+  constexpr std::size_t kAhead = 8;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + kAhead < order.size()) foresee(halfedge(order[i + kAhead], 0));
+    for (std::uint32_t edge = 0; edge < 4; ++edge) {
+      HalfEdge h = halfedge_[halfedge(order[i], edge)];
+      h.opposite = moved(h.opposite);
+      ordered.push_back(h);
     }
-    put(at, first);
-    order[at] = at;
   }
+  halfedge_ = std::move(ordered);
+  for (std::uint32_t& h : outgoing_) h = moved(h);
 }
 
 std::uint32_t HalfEdgeMesh::add_vertex() {

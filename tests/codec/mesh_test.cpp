@@ -164,8 +164,7 @@ TEST(HalfEdgeReorder, GivesFacesOtherNumbersOnly) {
     for (std::uint32_t f = 0; f < order.size(); ++f) order[f] = f;
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
     HalfEdgeMesh after = before;
-    std::vector<std::uint32_t> used = order;
-    after.reorder(used);
+    after.reorder(order);
     ASSERT_EQ(complaint(after), "");
     for (std::uint32_t f = 0; f < order.size(); ++f) EXPECT_EQ(after.face(f), before.face(order[f]));
     for (std::uint32_t v = 0; v < before.vertex_count(); ++v) {

@@ -90,7 +90,7 @@ TEST(PositionCoder, AnyExpectationBringsEveryCellBack) {
     };
     ModelWriter writer;
     PositionModels out;
-    out.structured = seed % 2 == 1;
+    out.repetition.structure = static_cast<Structure>(seed % 3);
     for (const Case& c : cases) {
       LatticePoint got{};
       ASSERT_TRUE(code(writer, out, c, c.cell, got));
@@ -98,7 +98,7 @@ TEST(PositionCoder, AnyExpectationBringsEveryCellBack) {
     }
     ModelReader reader(writer.finish());
     PositionModels in;
-    in.structured = out.structured;
+    in.repetition.structure = out.repetition.structure;
     for (const Case& c : cases) {
       LatticePoint got{};
       ASSERT_TRUE(code(reader, in, c, {}, got));

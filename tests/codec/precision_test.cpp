@@ -191,7 +191,7 @@ TEST(GrowingPrecision, AMirrorImageOfItselfHasAllDigitsFromTheStart) {
   const Stream stream = stream_of(uv_sphere(24, 32), 10);
   ASSERT_GT(stream.levels.size(), 2u);
   for (const LevelState& level : stream.levels) EXPECT_EQ(level.shift, 0u);
-  EXPECT_TRUE(stream.levels.front().models.position.reflection.any());
+  EXPECT_TRUE(stream.levels.front().models.position.repetition.reflection.any());
 }
 
 TEST(GrowingPrecision, LosslessToo) {
