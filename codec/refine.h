@@ -201,8 +201,8 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
     return Error{ErrorCode::corrupt_data, shift, "digits of positions can only be added, a few at a time"};
   }
   const auto guessing = static_cast<Guessing>(source.raw(static_cast<std::uint32_t>(source.wanted_guessing()), 1));
-  state.models.symbol.set_clear(guessing == Guessing::once ? 0.0f : kClear);
-  state.models.clean.set_clear(guessing == Guessing::once ? 0.0f : kClear);
+  state.models.symbol.set_clear(guessing == Guessing::never ? 0.0f : kClear);
+  state.models.clean.set_clear(guessing == Guessing::never ? 0.0f : kClear);
   const std::uint32_t passes = source.raw(source.wanted_passes(), 11);
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
 
@@ -220,7 +220,7 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
     Status status = code_connectivity(state, marks, static_cast<PassKind>(kind), bounds, source);
     if (!status) return status;
     pass_end.push_back(state.mesh.vertex_count());
-    if (guessing == Guessing::once || pass + 1 == passes) continue;
+    if (guessing == Guessing::never || pass + 1 == passes) continue;
     surface.build(state.mesh, state.points, state.spreads);
     place_provisionally(state.mesh, surface, first, most);
     for (std::uint32_t v = first; v < state.mesh.vertex_count(); ++v) state.points[v] = surface[v].point;
@@ -238,8 +238,10 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
   }
   std::uint32_t first = old_count;
   for (std::size_t pass = 0; pass < pass_end.size(); ++pass) {
-    if (pass == 0 || guessing == Guessing::often) place_provisionally(state.mesh, surface, first, most);
-    if (guessing == Guessing::often) surface.build_normals(state.mesh);
+    if (guessing == Guessing::often) {
+      place_provisionally(state.mesh, surface, first, most);
+      surface.build_normals(state.mesh);
+    }
     Status status = code_positions(state, surface, first, pass_end[pass], pass_end.size() - 1 - pass, source);
     if (!status) return status;
     first = pass_end[pass];

@@ -42,10 +42,10 @@ struct BaseStep {
   bool arrives = false;
 };
 
-/// What a packet spends time on. When the positions that are still to come in it are guessed: once before the first of
-/// them, or after the connectivity and before the positions of each pass (0.1 bits a vertex less, a third more time).
-/// And with the latter, faces are clear only above kClear (refine.h).
-enum class Guessing : std::uint8_t { once = 0, often = 1 };
+/// What a packet spends time on: whether the positions that are still to come in it are guessed, after the connectivity
+/// and before the positions of each pass (0.2 bits a vertex less, a third more time); if so, faces are clear only above
+/// kClear (refine.h).
+enum class Guessing : std::uint8_t { never = 0, often = 1 };
 
 /// What a stretch of a packet is about, for the encoder's account of bits.
 enum class PacketPart : std::uint8_t { base, connectivity, geometry, precision, isolated, exactness };
@@ -65,7 +65,7 @@ class PacketReader {
   [[nodiscard]] bool failed() const { return decoder_.overrun(); }
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
-  [[nodiscard]] Guessing wanted_guessing() const { return Guessing::once; }
+  [[nodiscard]] Guessing wanted_guessing() const { return Guessing::never; }
   [[nodiscard]] Structure wanted_structure() const { return Structure::none; }
   [[nodiscard]] Reflection wanted_reflection() const { return {}; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }

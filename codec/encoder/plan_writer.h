@@ -23,7 +23,7 @@ namespace pmcd::codec {
 /// What one packet is to hold.
 struct PacketPlan {
   std::span<const PassRecord> passes;  ///< coarse to fine
-  Guessing guessing = Guessing::once;
+  Guessing guessing = Guessing::never;
   Structure structure = Structure::none;  ///< of the whole mesh
   bool with_isolated = false;
   bool with_exactness = false;

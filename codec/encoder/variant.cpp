@@ -138,7 +138,7 @@ Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes
   const std::vector<unsigned> shifts = plan_shifts(plan, passes, groups);
 
   Writing w{
-      plan, descent, effort == Effort::best ? Guessing::often : Guessing::once, structure_of(plan, effort), {}, {},
+      plan, descent, effort == Effort::best ? Guessing::often : Guessing::never, structure_of(plan, effort), {}, {},
       {},   {}};
   w.state.lattice = plan.lattice;
   w.state.lossless = plan.lossless;
