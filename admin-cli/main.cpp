@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "admin-cli/commands.h"
+#include "codec/import/memory.h"
 
 namespace {
 
@@ -34,6 +35,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  pmcd::import::return_large_blocks();
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {

@@ -22,6 +22,7 @@
 #include "codec/encoder.h"
 #include "codec/import/file_io.h"
 #include "codec/import/measure.h"
+#include "codec/import/memory.h"
 #include "codec/import/read_mesh.h"
 #include "codec/import/write_mesh.h"
 #include "codec/lattice/lattice.h"
@@ -235,6 +236,7 @@ Failure run(const Arguments& arguments) {
 }  // namespace pmcd::bench
 
 int main(int argc, char** argv) try {
+  pmcd::import::return_large_blocks();  // as pmctool does
   pmcd::bench::Arguments arguments;
   CLI::App app("Encodes and decodes one mesh in memory and prints what it took, as JSON.");
   app.add_option("mesh", arguments.mesh, "PLY, OBJ, OFF or STL file")->required();

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "client/tool/commands.h"
+#include "codec/import/memory.h"
 
 namespace {
 
@@ -19,6 +20,7 @@ constexpr AddCommand kCommands[] = {
 }  // namespace
 
 int main(int argc, char** argv) {
+  pmcd::import::return_large_blocks();
   // CLI11 and the standard library throw; nothing may reach the caller as a crash.
   try {
     CLI::App app{"Progressive meshes: compress, look into, compare and fetch them.", "pmctool"};
