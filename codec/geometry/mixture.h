@@ -57,9 +57,9 @@ class Mixture {
     for (std::size_t k = 0; k < spike_count_; ++k) {
       Spike& spike = spikes_[k];
       spike.at -= first;
-      const float from_spike = -0.5f - static_cast<float>(spike.at);
-      (k == 0 ? start_[kWidths] : further_start_[static_cast<int>(k) - 1]) = from_spike;
-      (k == 0 ? share_[kWidths] : further_share_[static_cast<int>(k) - 1]) = spike.near * kNearlyAll;
+      const std::size_t lane = k == 0 ? kWidths : k - 1;
+      (k == 0 ? start_ : further_start_)[lane] = -0.5f - static_cast<float>(spike.at);
+      (k == 0 ? share_ : further_share_)[lane] = spike.near * kNearlyAll;
     }
   }
 
