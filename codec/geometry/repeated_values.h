@@ -68,6 +68,7 @@ class RepeatedValues {
         values.begin(shift_);
         times = static_cast<std::size_t>(std::bit_width(values.best_near(centre, 3 * spread + 1, repeated.value)));
       } else if (reflects_ && repeated.kind == kImage) {
+        repeated.value = 0;
         times = best_image(nearby_, axis_, i, cell, mean_, tangential, shift_, repeated.value);
       } else {
         const int lane = static_cast<int>(axis_[i]);

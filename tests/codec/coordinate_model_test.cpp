@@ -63,7 +63,7 @@ std::vector<Coordinate> random_coordinates(std::uint64_t seed, std::size_t lengt
     const std::size_t kinds = spikes ? random.below(Mixture::kSpikes + 1) : 0;
     for (std::size_t k = 0; k < kinds; ++k) {
       const auto any = static_cast<std::int32_t>(random.below(2 * cells)) - c.most / 2;  // also outside the lattice
-      c.repeated.push_back({random.one_in(3) ? c.value : any, random.below(kSpikeContexts)});
+      c.repeated.push_back({random.one_in(3) ? c.value : any, k, random.below(kSpikeContexts)});
     }
     all.push_back(std::move(c));
   }
@@ -180,8 +180,9 @@ TEST(CoordinateModelTest, ARepeatedValueBecomesNextToFree) {
     CoordinateModel model;
     Random random(5);
     auto repeat = [&](std::int32_t value) {
-      std::vector<RepeatedValue> repeated(kind + 1, {0, 5});
-      repeated[kind] = {value, 20};
+      std::vector<RepeatedValue> repeated;
+      for (std::size_t other = 0; other < kind; ++other) repeated.push_back({0, other, 5});
+      repeated.push_back({value, kind, 20});
       const double before = writer.bits();
       EXPECT_EQ(code(writer, model, {value, value + 60 * random.unit(), 40, 0, 4095, repeated}), value);
       return writer.bits() - before;
@@ -192,7 +193,7 @@ TEST(CoordinateModelTest, ARepeatedValueBecomesNextToFree) {
     for (int i = 0; i < 50; ++i) EXPECT_LT(repeat(510 + 20 * i), 0.1);
     // Where it is not met it is unlearnt; and other contexts learnt nothing.
     const double before = writer.bits();
-    code(writer, model, {2000, 2010, 40, 0, 4095, {{2000, 21}, {2000, 22}, {2000, 23}}});
+    code(writer, model, {2000, 2010, 40, 0, 4095, {{2000, 0, 21}, {2000, 1, 22}, {2000, 2, 23}}});
     EXPECT_GT(writer.bits() - before, 2);
   }
 }
@@ -205,7 +206,7 @@ TEST(CoordinateModelTest, ASpikeThatNeverHitsCostsNextToNothing) {
     for (int i = 0; i < 3000; ++i) {
       const auto value = static_cast<std::int32_t>(std::clamp(2000 + gaussian(random) * 10, 0.0, 4095.0));
       std::vector<RepeatedValue> repeated;
-      if (with_spike) repeated = {{3500, 3}};
+      if (with_spike) repeated = {{3500, 0, 3}};
       code(writer, model, {value, 2000, 10, 0, 4095, repeated});
     }
     return writer.bits() / 3000;

@@ -36,21 +36,32 @@ TEST(MixtureTest, NeverFallsAndEndsAtTheWhole) {
     for (std::size_t k = 0; k < spikes; ++k) {
       mixture.add_spike(static_cast<std::int32_t>(random.below(1000)), spike_weights[k]);
     }
+    const auto first = static_cast<std::int32_t>(random.below(1000));
+    mixture.begin_at(first);
     std::uint32_t before = 0;
     for (int cell = -200; cell < 1300; ++cell) {
-      const std::uint32_t now = mixture.below(cell - 0.5);
+      const std::uint32_t now = mixture.below(cell - first);
       ASSERT_GE(now, before) << cell;
       ASSERT_LE(now, 1u << 24);
       before = now;
     }
-    EXPECT_LE(mixture.below(-1e12), 16u);
-    EXPECT_NEAR(mixture.below(1e12), 1u << 24, 1200);
+    EXPECT_LE(mixture.below(-(1 << 25)), 16u);
+    EXPECT_NEAR(mixture.below(1 << 25), 1u << 24, 1200);
     if (spikes == 0) {
-      EXPECT_NEAR(mixture.below(mean), 1u << 23, 600);
       // Beyond its reach it expects nothing.
-      EXPECT_LE(mixture.below(mean - mixture.reach()), 300u);
-      EXPECT_GE(mixture.below(mean + mixture.reach()), (1u << 24) - 1200);
+      const auto reach = static_cast<std::int32_t>(mixture.reach()) + 1;
+      EXPECT_LE(mixture.below(static_cast<std::int32_t>(mean) - reach - first), 300u);
+      EXPECT_GE(mixture.below(static_cast<std::int32_t>(mean) + 1 + reach - first), (1u << 24) - 1200);
     }
+  }
+}
+
+TEST(MixtureTest, HalfLiesBelowTheMean) {
+  for (float spread : {0.05f, 1.0f, 37.0f, 60000.0f}) {
+    Mixture::Weights weights = Mixture::kEven;
+    Mixture mixture(4999.5, spread, weights);  // between two cells
+    mixture.begin_at(3000);
+    EXPECT_NEAR(mixture.below(2000), 1u << 23, 600);
   }
 }
 
@@ -63,14 +74,16 @@ TEST(MixtureTest, SpikesHoldTheirShare) {
   mixture.add_spike(40, first);
   mixture.add_spike(900, second);
   mixture.add_spike(500, third);
+  mixture.begin_at(10);
+  auto between = [&](std::int32_t from, std::int32_t to) { return mixture.below(to - 10) - mixture.below(from - 10); };
   // A part that learnt it is worth nothing keeps 1 / 2500 of what is left.
   constexpr double kAll = 1u << 24;
-  EXPECT_NEAR(mixture.below(40.5) - mixture.below(39.5), kAll * 0.25, 6000);
+  EXPECT_NEAR(between(40, 41), kAll * 0.25, 6000);
   // The second of what the first leaves.
-  EXPECT_NEAR(mixture.below(900.5) - mixture.below(899.5), kAll * 0.375, 8000);
-  EXPECT_NEAR(mixture.below(899.5) - mixture.below(40.5), kAll * 0.375, 18000);
-  EXPECT_GT(mixture.below(500.5) - mixture.below(499.5), 1000u);
-  EXPECT_LT(mixture.below(520.5) - mixture.below(479.5), 8000u);
+  EXPECT_NEAR(between(900, 901), kAll * 0.375, 8000);
+  EXPECT_NEAR(between(41, 900), kAll * 0.375, 18000);
+  EXPECT_GT(between(500, 501), 1000u);
+  EXPECT_LT(between(480, 521), 8000u);
 }
 
 TEST(MixtureTest, SpikesDrawWhatLiesARoundingAway) {
@@ -78,23 +91,29 @@ TEST(MixtureTest, SpikesDrawWhatLiesARoundingAway) {
   Mixture::SpikeWeights spike{0.25f, 0.5f};
   Mixture mixture(100, 1, weights);
   mixture.add_spike(900, spike);
-  auto share = [&](double cell) { return (mixture.below(cell + 0.5) - mixture.below(cell - 0.5)) / 16777216.0; };
+  mixture.begin_at(0);
+  auto share = [&](std::int32_t cell) { return (mixture.below(cell + 1) - mixture.below(cell)) / 16777216.0; };
   // Half of the three quarters that the exact part leaves, about the value alike on either side.
   EXPECT_NEAR(share(899) + share(900) + share(901), 0.25 + 0.375 * 0.93, 0.002);
   EXPECT_NEAR(share(899), share(901), 1e-4);
   EXPECT_GT(share(899), 0.07);
   EXPECT_GT(share(900) - 0.25, 2 * share(899));
   EXPECT_LT(share(897), 0.004);
-  EXPECT_NEAR((mixture.below(905.5) - mixture.below(894.5)) / 16777216.0, 0.625, 0.001);
+  EXPECT_NEAR((mixture.below(906) - mixture.below(895)) / 16777216.0, 0.625, 0.001);
 }
 
 TEST(MixtureTest, QuantileIsAboutWhereTheMassIsReached) {
-  for (float spread : {0.1f, 1.0f, 30.0f, 5000.0f}) {
+  for (float spread : {30.0f, 5000.0f}) {
     Mixture::Weights weights{0, 1, 0};
-    Mixture mixture(50, spread, weights);
+    Mixture mixture(50000, spread, weights);
+    mixture.begin_at(47);
     for (double share : {0.01, 0.2, 0.5, 0.8, 0.99}) {
       const auto mass = static_cast<std::uint64_t>(share * 16777216);
-      EXPECT_NEAR(mixture.below(mixture.quantile(mass)), static_cast<double>(mass), 2000) << spread << " " << share;
+      // Rounded to a cell, which may hold this much.
+      const double cell = 16777216 / (4 * 0.7 * static_cast<double>(spread));
+      EXPECT_NEAR(mixture.below(static_cast<std::int32_t>(mixture.quantile(mass) + 0.5f)), static_cast<double>(mass),
+                  2000 + cell / 2)
+          << spread << " " << share;
     }
     EXPECT_TRUE(std::isfinite(mixture.quantile(0)));
     EXPECT_TRUE(std::isfinite(mixture.quantile((1u << 24) - 1)));
@@ -102,13 +121,20 @@ TEST(MixtureTest, QuantileIsAboutWhereTheMassIsReached) {
   }
 }
 
+// What came is this cell, which is counted from another.
+void learn(Mixture& mixture, std::int32_t cell) {
+  mixture.begin_at(7);
+  mixture.learn(cell - 7, cell - 7 + 1);
+}
+
 void expect_shares(const Mixture::Weights& weights) {
   float sum = 0;
-  for (float weight : weights) {
-    ASSERT_TRUE(weight >= 0 && weight <= 1) << weight;
-    sum += weight;
+  for (int k = 0; k < static_cast<int>(Mixture::kWidths); ++k) {
+    ASSERT_TRUE(weights[k] >= 0 && weights[k] <= 1) << weights[k];
+    sum += weights[k];
   }
   ASSERT_NEAR(sum, 1, 5e-6);
+  ASSERT_EQ(weights[Mixture::kWidths], 0);
 }
 
 void expect_shares(const Mixture::SpikeWeights& weights) {
@@ -124,8 +150,10 @@ TEST(MixtureTest, WeightsStayADistributionAndFollowWhatComes) {
   for (int i = 0; i < 2000; ++i) {
     const double near = std::floor(1000 + 8 * gaussian(random));
     const double far = std::floor(1000 + 150 * gaussian(random));
-    Mixture(1000, 40, narrow).learn(near - 0.5, near + 0.5);
-    Mixture(1000, 40, wide).learn(far - 0.5, far + 0.5);
+    Mixture expects_near(1000, 40, narrow);
+    Mixture expects_far(1000, 40, wide);
+    learn(expects_near, static_cast<std::int32_t>(near));
+    learn(expects_far, static_cast<std::int32_t>(far));
     expect_shares(narrow);
     expect_shares(wide);
     if (HasFatalFailure()) return;
@@ -142,15 +170,15 @@ TEST(MixtureTest, PartsOfASpikeFollowWhatComes) {
   Mixture::SpikeWeights nearly;
   for (int i = 0; i < 600; ++i) {
     const std::int32_t value = static_cast<std::int32_t>(random.below(1000));
-    auto learn = [&](Mixture::SpikeWeights& spike, std::int32_t came) {
+    auto follow = [&](Mixture::SpikeWeights& spike, std::int32_t came) {
       Mixture mixture(value + 60 * gaussian(random), 60, weights);
       mixture.add_spike(value, spike);
-      mixture.learn(came - 0.5, came + 0.5);
+      learn(mixture, came);
       expect_shares(spike);
     };
-    learn(hit, value);
-    learn(missed, value + (random.one_in(2) ? 40 : -40));
-    learn(nearly, value + (random.one_in(2) ? 1 : -1));
+    follow(hit, value);
+    follow(missed, value + (random.one_in(2) ? 40 : -40));
+    follow(nearly, value + (random.one_in(2) ? 1 : -1));
     if (HasFatalFailure()) return;
   }
   EXPECT_GT(hit.exact, 0.95f);
@@ -165,19 +193,19 @@ TEST(MixtureTest, CertaintySurvivesASurprise) {
   Mixture::Weights weights{0.3f, 0.5f, 0.2f};
   Mixture::SpikeWeights certain;
   Mixture::SpikeWeights other;
-  auto learn = [&](std::int32_t came) {
+  auto follow = [&](std::int32_t came) {
     Mixture mixture(100, 30, weights);
     mixture.add_spike(100, certain);
     mixture.add_spike(100, other);
-    mixture.learn(came - 0.5, came + 0.5);
+    learn(mixture, came);
     expect_shares(weights);
     expect_shares(certain);
     expect_shares(other);
   };
-  for (int i = 0; i < 10000; ++i) learn(100);
+  for (int i = 0; i < 10000; ++i) follow(100);
   EXPECT_GT(certain.exact, 0.99f);
   const float before = certain.exact;
-  for (int i = 0; i < 100; ++i) learn(1'000'000'000);
+  for (int i = 0; i < 100; ++i) follow(1 << 25);
   EXPECT_LT(certain.exact, 0.1f * before);
 }
 
@@ -192,8 +220,8 @@ TEST(MixtureTest, AnythingMayCome) {
     for (std::size_t k = 0; k < count; ++k) {
       mixture.add_spike(random.one_in(2) ? value : static_cast<std::int32_t>(random.below(1000000)), spikes[k]);
     }
-    const double cell = random.one_in(3) ? 1e9 : (random.one_in(2) ? value : random.below(1000000));
-    mixture.learn(cell - 0.5, cell + 0.5);
+    const auto other = static_cast<std::int32_t>(random.below(1000000));
+    learn(mixture, random.one_in(3) ? 1 << 25 : (random.one_in(2) ? value : other));
     expect_shares(weights);
     for (const Mixture::SpikeWeights& spike : spikes) expect_shares(spike);
     ASSERT_FALSE(HasFatalFailure()) << i;

@@ -26,7 +26,9 @@ class BaseMesh:
         self.shift = header.shift
         if self.shift >= base.bits:
             raise Damaged("shift")
-        self.structured = reader.raw(1)
+        self.structure = reader.raw(2)
+        if self.structure == 3:
+            raise Damaged("structure")
         self.reflection = read_reflection(reader)
         self.most = base.most >> self.shift
         self.cells = []

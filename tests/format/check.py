@@ -41,7 +41,7 @@ def read_base(packet):
     reader = Reader(packet.payload[data.at:])
     mesh = BaseMesh(reader, base, packet)
     points = [middle(cell, mesh.shift) for cell in mesh.cells]
-    return State(base, Mesh(mesh.faces, points), mesh.shift, mesh.seeds, mesh.structured, mesh.reflection), reader
+    return State(base, Mesh(mesh.faces, points), mesh.shift, mesh.seeds, mesh.structure, mesh.reflection), reader
 
 
 def check_level(state, reader, packet):

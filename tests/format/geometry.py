@@ -164,50 +164,59 @@ class Mixture:
         widths = [f(f(w * spread) + constant(0.04)) for w in self.WIDTHS]
         self.inverse = [f(1 / w) for w in widths]
         self.reach = 12 * widths[2] + 2
-        self.share = [int(f(w * 65535)) for w in weights]
-        self.body = 65536
+        self.body = 1.0
         self.spikes = []
-        for value, weights in spikes:
-            self.spikes.append((value, weights, self.part_of_body(weights[0]), self.part_of_body(weights[1])))
+        for value, spike in spikes:
+            self.spikes.append((value, spike, self.part_of_body(spike[0]), self.part_of_body(spike[1])))
+        nearly_all = constant(0.99998)
+        self.share = [f(w * f(self.body * nearly_all)) for w in weights]
+        self.near_share = [f(near * nearly_all) for _, _, _, near in self.spikes] + [0.0] * (4 - len(spikes))
 
     def part_of_body(self, weight):
-        part = int(f(max(weight, constant(0.0004)) * f(self.body)))
-        self.body -= part
+        part = f(max(weight, constant(0.0004)) * self.body)
+        self.body = f(self.body - part)
         return part
 
-    def parts(self, x):
-        t = f(x - self.centre)
-        return [logistic(f(t * v)) for v in self.inverse]
+    def begin_at(self, first):
+        self.first = first
+        self.start = f(first - 0.5 - self.centre)
 
-    @staticmethod
-    def near(x, value):
-        return logistic(f(f(x - value) * constant(2.2)))
+    def parts(self, n):
+        t = f(self.start + f(n))
+        return [f(logistic(f(t * v))) for v in self.inverse]
 
-    def below(self, x):
-        mass = sum(s * p for s, p in zip(self.share, self.parts(x))) >> 16
-        if not self.spikes:
-            return mass
-        mass *= self.body
-        for value, _, exact, near in self.spikes:
-            if value < x:
-                mass += exact << 24
-            mass += near * self.near(x, value)
-        return mass >> 16
+    def near(self, n):
+        """Of each spike, 0 of those that are not there."""
+        starts = [f(-0.5 - f(value - self.first)) for value, _, _, _ in self.spikes]
+        parts = [f(logistic(f(f(start + f(n)) * constant(2.2)))) for start in starts]
+        return parts + [0.0] * (4 - len(parts))
+
+    def below(self, n):
+        p, h = self.parts(n), self.near(n)
+        near = [f(share * part) for share, part in zip(self.near_share, h)]
+        wide = [f(share * part) for share, part in zip(self.share, p)]
+        mass = f(f(wide[0] + wide[1]) + f(wide[2] + near[0]))
+        if len(self.spikes) > 1:
+            mass = f(mass + f(f(near[1] + near[2]) + near[3]))
+        for value, _, exact, _ in self.spikes:
+            if value < self.first + n:
+                mass = f(mass + f(exact * 16777216.0))
+        return int(min(mass, 16777216.0))
 
     def learn(self, start, end):
-        masses = [b - a for a, b in zip(self.parts(start), self.parts(end))]
-        parts = [f(w * f(f(m) + 1)) for w, m in zip(self.weights, masses)]
+        masses = [f(b - a) for a, b in zip(self.parts(start), self.parts(end))]
+        parts = [f(w * f(m + 1)) for w, m in zip(self.weights, masses)]
         total = f(f(parts[0] + parts[1]) + parts[2])
         share = f(1 / total)
         for k in range(3):
             self.weights[k] = f(self.weights[k] + f(constant(0.02) * f(f(parts[k] * share) - self.weights[k])))
         if not self.spikes:
             return
-        total = f(total * f(self.body))
+        total = f(total * self.body)
         gains = []
-        for value, _, exact, near in self.spikes:
-            e = f(f(exact) * 16777216.0) if start < value < end else 0.0
-            h = f(f(near) * f(self.near(end, value) - self.near(start, value)))
+        for (value, _, exact, near), a, b in zip(self.spikes, self.near(start), self.near(end)):
+            e = f(exact * 16777216.0) if start <= value - self.first < end else 0.0
+            h = f(near * f(b - a))
             total = f(total + f(e + h))
             gains.append((e, h))
         share = f(1 / total)
@@ -226,7 +235,7 @@ class Coordinates:
     def mixture(self, centre, spread, order, spikes):
         half_octave = int(f(f(2 * log2(spread)) + 64)) - 58
         return Mixture(centre, spread, self.weights[order][min(max(half_octave, 0), 19)],
-                       [(value, self.spikes[kind][context]) for kind, (value, context) in enumerate(spikes)])
+                       [(value, self.spikes[kind][context]) for kind, value, context in spikes])
 
     def read(self, reader, mixture, most):
         b = 0
@@ -236,46 +245,45 @@ class Coordinates:
         def bin_of(x):
             return int(min(max(x, 0.0), float(most))) >> b
 
-        first = bin_of(mixture.centre - mixture.reach)
-        n = bin_of(mixture.centre + mixture.reach + 1) - first + 1
-
-        def edge(i):
-            return ((first + i) << b) - 0.5
+        lowest = bin_of(mixture.centre - mixture.reach)
+        n = bin_of(mixture.centre + mixture.reach + 1) - lowest + 1
+        first = lowest << b
+        mixture.begin_at(first)
 
         def distribution(i):
             if i == 0:
                 return 0
             if i == n + 2:
                 return 1 << 24
-            return 96 + (i - 1) + ((mixture.below(edge(i - 1)) * ((1 << 24) - 192 - n)) >> 24)
+            return 96 + (i - 1) + ((mixture.below((i - 1) << b) * ((1 << 24) - 192 - n)) >> 24)
 
         s = reader.symbol(n + 2, distribution)
         if s == 0:
-            value = (first << b) - 1 - self.beyond.read(reader)
+            value = first - 1 - self.beyond.read(reader)
         elif s == n + 1:
-            value = ((first + n) << b) + self.beyond.read(reader)
+            value = first + (n << b) + self.beyond.read(reader)
         else:
-            mixture.learn(edge(s - 1), edge(s))
-            value = ((first + s - 1) << b) + reader.raw(b)
+            mixture.learn((s - 1) << b, s << b)
+            value = first + ((s - 1) << b) + reader.raw(b)
         if not 0 <= value <= most:
             raise Damaged("a position leaves the lattice")
         return value
 
     def read_digits(self, reader, mixture, known, digits):
-        def edge(i):
-            return (known << digits) + i - 0.5
+        first = known << digits
+        mixture.begin_at(first)
 
         def distribution(i):
-            return mixture.below(edge(i)) - mixture.below(edge(0)) + i * (8192 >> digits)
+            return mixture.below(i) - mixture.below(0) + i * (8192 >> digits)
 
         s = reader.symbol(1 << digits, distribution)
-        mixture.learn(edge(s), edge(s + 1))
-        return (known << digits) + s
+        mixture.learn(s, s + 1)
+        return first + s
 
 
 class Positions:
-    def __init__(self, structured, reflection):
-        self.structured = structured
+    def __init__(self, structure, reflection):
+        self.structure = structure
         self.images = Images(reflection)
         self.values = [ValueCounts() for _ in range(3)]
         self.first = Coordinates()
@@ -337,9 +345,10 @@ class Positions:
                 value = self.further.read_digits(reader, mixture, known[axis], digits)
             else:
                 spikes = []
-                kinds = 4 if self.structured else 1 if reflects else 0
-                for kind in range(kinds):
-                    if reflects and (kinds == 1 or kind == 1):
+                for kind in range(4):
+                    if self.structure < (1 if kind == 3 else 2) and not (reflects and kind == 1):
+                        continue
+                    if reflects and kind == 1:
                         at, count = best_image(nearby, axes, i, cell, mean, e.spread[0], e.shift)
                     elif kind < 3:
                         at, count = repeated(mesh, e.ring, axis, kind, e.shift)
@@ -349,12 +358,13 @@ class Positions:
                         count = count.bit_length()
                     away = f(at - centre)
                     square = f(away * away)
-                    far = sum(square >= f(constant(bound) * f(variance)) for bound in (0.09, 1, 6.25))
-                    spikes.append((at, (min(count, 7) * 3 + outcome[kind]) * 4 + far))
+                    far = sum(square >= f(constant(bound) * f(spread * spread)) for bound in (0.09, 1, 6.25))
+                    spikes.append((kind, at, (min(count, 7) * 3 + outcome[kind]) * 4 + far))
                 mixture = self.first.mixture(centre, f(spread), i, spikes)
                 value = self.first.read(reader, mixture, most)
-                outcome = [1 if at == value else 2 for at, _ in spikes] + [0] * (4 - len(spikes))
-                if self.structured:
+                for kind, at, _ in spikes:
+                    outcome[kind] = 1 if at == value else 2
+                if self.structure:
                     self.values[axis].learn(value)
             cell[axis] = value
             seen[i] = value - mean[i]

@@ -15,14 +15,14 @@ def middle(cell, shift):
 class State:
     """All that lives from packet to packet."""
 
-    def __init__(self, base, mesh, shift, seeds, structured, reflection):
+    def __init__(self, base, mesh, shift, seeds, structure, reflection):
         self.base = base
         self.mesh = mesh
         self.shift = shift
         self.seeds = seeds
         self.symbols = {DECIMATING: SymbolModel(0), CLEANING: SymbolModel(1)}
         self.ear = Bit()
-        self.positions = Positions(structured, reflection)
+        self.positions = Positions(structure, reflection)
         self.predictor = Predictor()
         self.isolated = [Signed() for _ in range(3)]
         self.before_last_pass = 0
@@ -143,9 +143,8 @@ def read_refinement(state, reader, header):
     for point in mesh.points[:count_before]:
         images.add(point)
     for number, end in enumerate(ends):
-        if often or number == 0:
-            guess(mesh, first, most_point)
         if often:
+            guess(mesh, first, most_point)
             mesh.build_normals()
         for v in range(first, end):
             e = Expectation(state.predictor, mesh, v, state.shift, min(passes - 1 - number, 3))

@@ -52,7 +52,7 @@ class ValueCounts:
         best, value, times = 0.0, middle, 0
         first = max(middle - radius, 0)
         offset = f(first - centre)
-        for v in range(first, middle + radius + 1):
+        for v in range(first, first + (middle + radius - first) // 4 * 4 + 4):
             count = self.counts[v % self.SLOTS]
             away = f(f(f(v - first) + offset) * inverse)
             score = f(f(count) / f(constant(0.1) + f(away * away)))

@@ -84,7 +84,7 @@ def logistic(t):
     t = min(max(f(t + 16), 0.0), 32 - 2.0 ** -10)
     p = int(f(t * 32768))
     j = p >> 10
-    return _TABLE[j] + (((_TABLE[j + 1] - _TABLE[j]) * (p & 1023)) >> 10)
+    return _TABLE[j] + ((((_TABLE[j + 1] - _TABLE[j]) >> 3) * (p & 1023)) >> 7)
 
 
 class Fit:
