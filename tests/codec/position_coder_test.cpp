@@ -132,6 +132,77 @@ TEST(PositionCoder, MostFrequentValueIsCountedInCells) {
   EXPECT_EQ(repeated.times[0], 0);
 }
 
+class RepeatedValuesTest : public ::testing::Test {
+ protected:
+  // Of the coordinate that is expected at 20 give or take 4.
+  std::vector<RepeatedValue> expected(RepeatedValues& values, std::size_t i) {
+    const std::span<const RepeatedValue> answer = values.expect(i, 20, 4, cell_, 4);
+    return {answer.begin(), answer.end()};
+  }
+  RepeatedValues of_vertex(unsigned shift = 0) {
+    return {repetition_, surface_, four_ring(), axis_, mean_, 100, shift};
+  }
+
+  Repetition repetition_;
+  Surface surface_ = standing_at({{40, 0, 0}, {41, 0, 0}, {80, 0, 0}, {40, 0, 0}, {0, 0, 0}});
+  std::array<std::size_t, 3> axis_ = {0, 1, 2};
+  std::array<double, 3> mean_ = {20, 20, 20};
+  LatticePoint cell_{};
+};
+
+TEST_F(RepeatedValuesTest, StructureSaysWhatIsLookedFor) {
+  EXPECT_FALSE(repetition_.any());
+  auto kinds = [&] {
+    RepeatedValues values = of_vertex();
+    std::vector<std::size_t> all;
+    for (const RepeatedValue& r : expected(values, 0)) all.push_back(r.kind);
+    return all;
+  };
+  repetition_.structure = Structure::values;
+  EXPECT_EQ(kinds(), (std::vector<std::size_t>{3}));
+  repetition_.structure = Structure::all;
+  EXPECT_EQ(kinds(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  repetition_.reflection.flips[0] = true;
+  repetition_.images.begin(repetition_.reflection, 10, 200);
+  EXPECT_EQ(kinds(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  repetition_.structure = Structure::values;
+  EXPECT_EQ(kinds(), (std::vector<std::size_t>{1, 3}));
+  repetition_.structure = Structure::none;
+  EXPECT_EQ(kinds(), (std::vector<std::size_t>{1}));
+}
+
+TEST_F(RepeatedValuesTest, ContextsTellTimesOutcomeAndDistance) {
+  repetition_.structure = Structure::all;
+  RepeatedValues values = of_vertex();
+  std::vector<RepeatedValue> first = expected(values, 0);
+  EXPECT_EQ(first[0].value, 20);  // of the ring, three times
+  EXPECT_EQ(first[0].context, (3u * 3 + 0) * 4 + 0);
+  EXPECT_EQ(first[3].context, (0u * 3 + 0) * 4 + 0);  // nothing came yet: its value is the centre
+  values.learn(0, 20);
+  EXPECT_EQ(expected(values, 1)[0].context, (4u * 3 + 1) * 4 + 3);  // 0, four times; the ring hit before; 20 away
+  values.learn(1, 17);
+  EXPECT_EQ(expected(values, 2)[0].context, (4u * 3 + 2) * 4 + 3);
+  // 20 came once on the first axis.
+  RepeatedValues next = of_vertex();
+  first = expected(next, 0);
+  EXPECT_EQ(first[3].value, 20);
+  EXPECT_EQ(first[3].context, (1u * 3 + 0) * 4 + 0);
+}
+
+TEST_F(RepeatedValuesTest, WithoutAnImageNothingIsRemembered) {
+  repetition_.reflection.flips[0] = true;
+  repetition_.reflection.sum[0] = 200;
+  repetition_.images.begin(repetition_.reflection, 10, 200);
+  repetition_.images.add({160, 40, 46});  // its image stands at 40, 40, 46
+  RepeatedValues values = of_vertex();
+  EXPECT_EQ(expected(values, 0)[0].value, 20);
+  values.learn(0, 60);  // so it was not that one
+  cell_[0] = 60;
+  const RepeatedValue second = expected(values, 1)[0];
+  EXPECT_EQ(second.value, 0);
+  EXPECT_EQ(second.context / 12, 0u);
+}
+
 TEST(PositionCoder, MiddlesBetweenOppositeVerticesAreRounded) {
   const Surface surface = standing_at({{8, 0, 1}, {10, 0, 2}, {40, 0, 5}, {39, 0, 4}, {24, 0, 5}});
   Ring ring = four_ring();
