@@ -63,6 +63,14 @@ class RemovingDriver {
   PassRecord& record_;
 };
 
+// Numbers the faces in the order of the walk that met them, without those that went: the next walk meets memory in
+// order. A walk meets every face.
+void compact(HalfEdgeMesh& mesh, Marks& marks) {
+  if (marks.order.size() != mesh.face_count()) return;
+  std::erase_if(marks.order, [&](std::uint32_t face) { return mesh.is_free_slot(face); });
+  mesh.reorder(marks.order);
+}
+
 // Clips every ear that stands alone: not a seed, not on the seed half-edge, not beside another of this pass that went.
 PassRecord clip_ears(HalfEdgeMesh& mesh, std::span<const Seed> seeds, Marks& marks) {
   PassRecord record;
@@ -153,6 +161,7 @@ std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoin
       if (removed > 0) passes.push_back(std::move(done));
     };
     keep(std::move(record));
+    compact(mesh, marks);
     if (has_boundary && kind == PassKind::decimating) keep(clip_ears(mesh, seeds, marks));
     if (progress && !progress(left)) {
       cancelled = true;

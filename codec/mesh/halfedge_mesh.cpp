@@ -156,12 +156,12 @@ void HalfEdgeMesh::reserve(std::uint32_t vertices, std::uint32_t faces) {
 }
 
 void HalfEdgeMesh::reorder(std::span<const std::uint32_t> order) {
-  std::vector<std::uint32_t> place(order.size());
+  std::vector<std::uint32_t> place(face_count(), kNone);
   for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
   auto moved = [&](std::uint32_t h) { return h == kNone ? kNone : halfedge(place[face_of(h)], edge_of(h)); };
   // Into a copy: moving cycle by cycle in place would wait for memory at each step.
   std::vector<HalfEdge> ordered;
-  ordered.reserve(halfedge_.capacity());
+  ordered.reserve(order.size() == face_count() ? halfedge_.capacity() : 4 * order.size());
   constexpr std::size_t kAhead = 8;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i + kAhead < order.size()) foresee(halfedge(order[i + kAhead], 0));

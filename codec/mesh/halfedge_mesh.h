@@ -110,8 +110,8 @@ class HalfEdgeMesh {
     halfedge_[a].opposite = b;
     if (b != kNone) halfedge_[b].opposite = a;
   }
-  /// Numbers the faces anew: number i is given to what is order[i] so far. REQUIRES: a permutation. [linear; another
-  /// 36 bytes a face while it runs]
+  /// Numbers the faces anew: number i is given to what is order[i] so far; those that are left out are no more.
+  /// REQUIRES: faces once each, all that are not free slots. [linear; another 36 bytes a face while it runs]
   void reorder(std::span<const std::uint32_t> order);
   void set_outgoing(std::uint32_t v, std::uint32_t h) { outgoing_[v] = h; }
   void change_face_valence(std::uint32_t v, int by) {

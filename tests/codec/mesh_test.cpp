@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <set>
 
+#include "codec/conquest/patch.h"
+#include "codec/conquest/triangulation.h"
 #include "codec/mesh/edge_table.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "tests/codec/generated.h"
@@ -173,6 +175,26 @@ TEST(HalfEdgeReorder, GivesFacesOtherNumbersOnly) {
                 before.outgoing(v));
     }
   }
+}
+
+TEST(HalfEdgeReorder, LeavesFreeSlotsOut) {
+  HalfEdgeMesh mesh = built(sphere(2));
+  const std::uint32_t faces = mesh.face_count();
+  Patch patch;
+  ASSERT_TRUE(collect_star(mesh, 8, patch));
+  const std::uint32_t centre = patch.centre;
+  remove_centre(mesh, patch, interior_triangulation(patch.size, Tag::plus, Tag::minus));
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t f = faces; f-- > 0;) {
+    if (!mesh.is_free_slot(f)) order.push_back(f);
+  }
+  ASSERT_EQ(order.size(), faces - 2);
+  const HalfEdgeMesh before = mesh;
+  mesh.reorder(order);
+  EXPECT_EQ(mesh.face_count(), faces - 2);
+  EXPECT_EQ(complaint(mesh), "");
+  for (std::uint32_t f = 0; f < order.size(); ++f) EXPECT_EQ(mesh.face(f), before.face(order[f]));
+  EXPECT_EQ(mesh.outgoing(centre), kNone);
 }
 
 }  // namespace
