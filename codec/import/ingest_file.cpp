@@ -70,7 +70,7 @@ codec::Status prove_and_measure(const codec::Encoded& encoded, const codec::Tria
     out.measure_seconds += measuring.seconds();
   };
   if (options.measure_errors) timed([&] { meter.emplace(mesh); });
-  const codec::Status proven = codec::prove(encoded, mesh, [&](std::size_t k, const codec::Decoder& decoder) {
+  codec::Status proven = codec::prove(encoded, mesh, [&](std::size_t k, const codec::Decoder& decoder) {
     if (!go_on(static_cast<double>(k) / static_cast<double>(encoded.packets.size()))) return false;
     if (meter) timed([&] { measure_level(*meter, decoder, out.directory.levels[k]); });
     return true;
