@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "codec/encoder/encoding_plan.h"
-#include "codec/encoder/proof.h"
 #include "codec/encoder/variant.h"
 
 namespace pmcd::codec {
@@ -22,9 +21,9 @@ constexpr std::uint32_t kMostInOnePacket = 65536;
 constexpr double kMuchSmaller = 0.8;
 
 // Shares of the whole time, for progress.
-constexpr double kPlanned = 0.05;
-constexpr double kDecimated = 0.4;
-constexpr double kWritten = 0.7;
+constexpr double kPlanned = 0.07;
+constexpr double kDecimated = 0.57;
+constexpr double kWritten = 0.97;  // the packet that lifts to the original coordinates comes after it
 
 Status check_options(const EncodeOptions& options) {
   if (options.bits && (*options.bits < kMinLatticeBits || *options.bits > kMaxLatticeBits)) {
@@ -47,13 +46,6 @@ Error cancelled() {
   return {ErrorCode::cancelled, 0, "encoding was cancelled"};
 }
 
-// What is kept for the proof: all else is freed before it.
-struct Written {
-  Variant variant;
-  EncodeReport report;
-  Lattice lattice;
-};
-
 EncodeReport report_of(const EncodingPlan& plan, const Descent& descent) {
   EncodeReport report;
   report.components = static_cast<std::uint32_t>(descent.seeds.size());
@@ -64,8 +56,13 @@ EncodeReport report_of(const EncodingPlan& plan, const Descent& descent) {
   return report;
 }
 
+Encoded encoded_of(Variant variant, const EncodingPlan& plan, EncodeReport report) {
+  report.bits = variant.bits;
+  return {std::move(variant.packets), report, {plan.lossless, plan.lattice, std::move(variant.to_original)}};
+}
+
 // All variants that may be the smallest; the one that is.
-Result<Written> write_smallest(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& go_on) {
+Result<Encoded> write_smallest(const TriangleMesh& mesh, const EncodeOptions& options, const Progress& go_on) {
   HalfEdgeMesh halfedges;
   const Result<EncodingPlan> plan = make_plan(mesh, options.bits, halfedges);
   if (!plan) return plan.error();
@@ -80,9 +77,8 @@ Result<Written> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
   // effort writes the standard stream too.
   std::vector<Effort> efforts{options.effort};
   if (options.effort == Effort::best) efforts.push_back(Effort::standard);
-  Written best;
-  best.lattice = plan->lattice;
-  best.report = report_of(*plan, *descent);
+  Variant best;
+  EncodeReport report = report_of(*plan, *descent);
   for (std::size_t i = 0; i < efforts.size(); ++i) {
     auto told = [&](double share) {
       const double written = (static_cast<double>(i) + share) / static_cast<double>(efforts.size());
@@ -91,10 +87,10 @@ Result<Written> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
     const Passes then = i + 1 < efforts.size() ? Passes::keep : Passes::use_up;
     Result<Variant> variant = write_variant(*plan, *descent, then, efforts[i], options.max_packets_after_base, told);
     if (!variant) return variant.error();
-    if (i == 0 || variant->total_bytes() < best.variant.total_bytes()) best.variant = std::move(variant).value();
+    if (i == 0 || variant->total_bytes() < best.total_bytes()) best = std::move(variant).value();
   }
   if (descent->passes.empty() || descent->base.vertex_count() <= kFatBase || mesh.positions.size() > kMostInOnePacket) {
-    return best;
+    return encoded_of(std::move(best), *plan, report);
   }
   const Result<HalfEdgeMesh> again = HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
   if (!again) return again.error();
@@ -102,12 +98,12 @@ Result<Written> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
   Result<Variant> in_one = write_variant(*plan, none, Passes::use_up, options.effort, options.max_packets_after_base,
                                          [&](double) { return go_on(kWritten); });
   if (!in_one) return in_one.error();
-  const auto much_smaller = kMuchSmaller * static_cast<double>(best.variant.total_bytes());
+  const auto much_smaller = kMuchSmaller * static_cast<double>(best.total_bytes());
   if (static_cast<double>(in_one->total_bytes()) < much_smaller) {
-    best.variant = std::move(in_one).value();
-    best.report = report_of(*plan, none);
+    best = std::move(in_one).value();
+    report = report_of(*plan, none);
   }
-  return best;
+  return encoded_of(std::move(best), *plan, report);
 }
 
 }  // namespace
@@ -116,15 +112,9 @@ Result<Encoded> encode(const TriangleMesh& mesh, const EncodeOptions& options, c
   auto go_on = [&](double fraction) { return !progress || progress(fraction); };
   Status valid = check_options(options);
   if (!valid) return valid.error();
-  Result<Written> written = write_smallest(mesh, options, go_on);
-  if (!written) return written.error();
-  if (!go_on(kWritten)) return cancelled();
-  const Variant& variant = written->variant;
-  Status proof = prove(variant.packets, mesh, written->lattice, !options.bits, variant.to_original);
-  if (!proof) return proof.error();
-  if (!go_on(1)) return cancelled();
-  written->report.bits = variant.bits;
-  return Encoded{std::move(written->variant.packets), written->report};
+  Result<Encoded> encoded = write_smallest(mesh, options, go_on);
+  if (encoded && !go_on(1)) return cancelled();
+  return encoded;
 }
 
 }  // namespace pmcd::codec

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The encoder's public face: a mesh in, a base packet and refinement packets out. No I/O, no threads, no exceptions.
-// It does not repair meshes (codec/import does) and does not measure the error of levels (codec/import does).
+// It does not repair meshes (codec/import does), does not prove its packets (codec/proof.h does) and does not measure
+// the error of levels (codec/import does).
 #pragma once
 
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "codec/lattice/lattice.h"
 #include "codec/mesh/triangle_mesh.h"
 #include "codec/result.h"
 
@@ -64,13 +66,21 @@ struct EncodeReport {
   BitReport bits;
 };
 
+/// What the encoder claims of the last level, for prove() to hold against the original.
+struct Claim {
+  bool lossless = false;  ///< the positions are the original ones bit for bit; if not, snapped to `lattice`
+  Lattice lattice;
+  std::vector<std::uint32_t> to_original;  ///< the original vertex of each decoder vertex
+};
+
 struct Encoded {
   std::vector<EncodedPacket> packets;  ///< packet k completes level k; packet 0 is the base mesh
   EncodeReport report;
+  Claim claim;
 };
 
-/// Encodes `mesh` and proves it: every packet is decoded again and the last level is compared with the input (snapped
-/// to the lattice if `options.bits`) before this returns.
+/// Plans and writes the packets of `mesh`, and proves nothing: prove() (codec/proof.h) decodes them and compares the
+/// last level with `mesh`. Packets that it has not seen are not to be published.
 /// REQUIRES of the mesh: oriented, manifold with or without boundary, no repeated index in a face, no duplicate face,
 /// finite coordinates; each is checked and refused by name. Isolated vertices and faces of zero area are fine.
 /// An empty mesh encodes to one packet; so does one of many handles or components when levels would make it far larger.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Measures the codec alone on one mesh: loads the file once, encodes and decodes it in memory, and prints the figures
-// as one JSON object. Files, import and the error of levels are not in the times. bench/codec/run and growth make
-// tables of it.
+// Measures the codec alone on one mesh: loads the file once, encodes, proves and decodes it in memory, and prints the
+// figures as one JSON object, each time apart. Files, import and the error of levels are not in the times.
+// bench/codec/run and growth make tables of it.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +27,7 @@
 #include "codec/import/write_mesh.h"
 #include "codec/lattice/lattice.h"
 #include "codec/packet/directory.h"
+#include "codec/proof.h"
 
 namespace pmcd::bench {
 namespace {
@@ -53,20 +54,17 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-struct Measured {
-  double median_cpu_seconds = 0;
-  std::uint64_t peak_bytes = 0;
-};
-
-/// Runs `work` once for its memory and `repeat` times for its time; each run starts from nothing.
+/// Runs `work` once and starts from nothing.
 template <typename Work>
-Measured measure(unsigned repeat, const Work& work) {
-  Measured measured;
-  {
-    const PeakMemory memory;
-    const auto result = work();
-    measured.peak_bytes = memory.growth_bytes();
-  }
+std::uint64_t peak_bytes(const Work& work) {
+  const PeakMemory memory;
+  const auto result = work();
+  return memory.growth_bytes();
+}
+
+/// Of `repeat` runs, each of which starts from nothing.
+template <typename Work>
+double median_cpu_seconds(unsigned repeat, const Work& work) {
   std::vector<double> seconds(repeat);
   for (double& one : seconds) {
     const double start = cpu_seconds();
@@ -74,8 +72,7 @@ Measured measure(unsigned repeat, const Work& work) {
     one = cpu_seconds() - start;
   }
   std::nth_element(seconds.begin(), seconds.begin() + repeat / 2, seconds.end());
-  measured.median_cpu_seconds = seconds[repeat / 2];
-  return measured;
+  return seconds[repeat / 2];
 }
 
 codec::Result<codec::TriangleMesh> decode(const std::vector<codec::EncodedPacket>& packets) {
@@ -105,20 +102,18 @@ Failure set_effort(const std::string& effort, codec::EncodeOptions& options) {
   return {};
 }
 
-/// Decodes level by level and notes how far each is from the mesh. An error beyond double stays "not measured".
-Failure measure_errors(const codec::TriangleMesh& mesh, const std::vector<codec::EncodedPacket>& packets,
-                       codec::Directory& directory) {
+/// Proves the packets and notes how far each level is from the mesh. An error beyond double stays "not measured".
+codec::Status measure_errors(const codec::TriangleMesh& mesh, const codec::Encoded& encoded,
+                             codec::Directory& directory) {
   const import::ErrorMeter meter(mesh);
-  codec::Decoder decoder;
-  for (std::size_t k = 0; k < packets.size(); ++k) {
-    const auto level = decoder.apply(packets[k].bytes);
-    if (!level) return level.error().detail;
+  return codec::prove(encoded, mesh, [&](std::size_t k, const codec::Decoder& decoder) {
     const import::Distance distance = meter.distance_to(decoder.mesh());
-    if (!std::isfinite(distance.rms) || !std::isfinite(distance.max)) continue;
-    directory.levels[k].error_rms = distance.rms;
-    directory.levels[k].error_max = distance.max;
-  }
-  return {};
+    if (std::isfinite(distance.rms) && std::isfinite(distance.max)) {
+      directory.levels[k].error_rms = distance.rms;
+      directory.levels[k].error_max = distance.max;
+    }
+    return true;
+  });
 }
 
 codec::Result<codec::Directory> directory_of(const std::vector<codec::EncodedPacket>& packets) {
@@ -199,20 +194,24 @@ Failure run(const Arguments& arguments) {
   const auto encode = [&] { return codec::encode(mesh, options); };
   const auto encoded = encode();
   if (!encoded) return std::string(codec::error_name(encoded.error().code)) + ": " + encoded.error().detail;
-  const auto decoded = decode(encoded->packets);
-  if (!decoded) return std::string(codec::error_name(decoded.error().code)) + ": " + decoded.error().detail;
   auto directory = directory_of(encoded->packets);
   if (!directory) return directory.error().detail;
-  if (arguments.errors) {
-    if (Failure failure = measure_errors(mesh, encoded->packets, *directory); !failure.empty()) return failure;
-  }
+  const auto prove = [&] { return codec::prove(*encoded, mesh); };
+  const codec::Status proven = arguments.errors ? measure_errors(mesh, *encoded, *directory) : prove();
+  if (!proven) return std::string(codec::error_name(proven.error().code)) + ": " + proven.error().detail;
   const std::vector<std::byte> file = file_of(*directory, encoded->packets);
   if (Failure failure = write_files(arguments, mesh, file); !failure.empty()) return failure;
 
-  const Measured encoding = measure(arguments.repeat, encode);
-  const Measured decoding = measure(arguments.repeat, [&] { return decode(encoded->packets); });
+  const auto encode_and_prove = [&] {
+    const auto again = encode();
+    return codec::prove(*again, mesh);
+  };
+  const auto decode_all = [&] { return decode(encoded->packets); };
   const std::size_t mesh_bytes =
       mesh.positions.size() * sizeof(codec::Position) + mesh.faces.size() * sizeof(codec::Face);
+  // Memory first: what the runs for the times leave behind in the heap would be in it.
+  const std::uint64_t encoding_peak = peak_bytes(encode_and_prove) + mesh_bytes;
+  const std::uint64_t decoding_peak = peak_bytes(decode_all);
 
   nlohmann::json json = {{"vertices", mesh.positions.size()},
                          {"faces", mesh.faces.size()},
@@ -220,10 +219,11 @@ Failure run(const Arguments& arguments) {
                          {"isolated_vertices", encoded->report.isolated_vertices},
                          {"boundary_edges", encoded->report.boundary_edges},
                          {"passes", encoded->report.passes},
-                         {"encode_cpu_seconds", encoding.median_cpu_seconds},
-                         {"decode_cpu_seconds", decoding.median_cpu_seconds},
-                         {"encode_peak_bytes", encoding.peak_bytes + mesh_bytes},
-                         {"decode_peak_bytes", decoding.peak_bytes},
+                         {"encode_cpu_seconds", median_cpu_seconds(arguments.repeat, encode)},
+                         {"prove_cpu_seconds", median_cpu_seconds(arguments.repeat, prove)},
+                         {"decode_cpu_seconds", median_cpu_seconds(arguments.repeat, decode_all)},
+                         {"encode_and_prove_peak_bytes", encoding_peak},
+                         {"decode_peak_bytes", decoding_peak},
                          {"bits_per_vertex", bits_per_vertex(*encoded, mesh.positions.size())},
                          {"file_bytes", file.size()},
                          {"levels", level_list(*directory)}};
@@ -238,7 +238,7 @@ Failure run(const Arguments& arguments) {
 int main(int argc, char** argv) try {
   pmcd::import::return_large_blocks();  // as pmctool does
   pmcd::bench::Arguments arguments;
-  CLI::App app("Encodes and decodes one mesh in memory and prints what it took, as JSON.");
+  CLI::App app("Encodes, proves and decodes one mesh in memory and prints what it took, as JSON.");
   app.add_option("mesh", arguments.mesh, "PLY, OBJ, OFF or STL file")->required();
   app.add_option("--bits", arguments.bits, "bits of the lattice; without it lossless")->check(CLI::Range(4, 24));
   app.add_option("--levels", arguments.levels, "at most this many packets after the base");

@@ -46,8 +46,7 @@ class ProgressLine {
 
   void show(import::IngestStage stage, double fraction) {
     if (!shown_) return;
-    const char* const names[] = {"reading", "encoding", "measuring"};
-    std::fprintf(stderr, "\r\x1b[K%s %3.0f %%", names[static_cast<int>(stage)], 100 * fraction);
+    std::fprintf(stderr, "\r\x1b[K%s %3.0f %%", import::stage_name(stage), 100 * fraction);
     std::fflush(stderr);
     any_ = true;
   }
@@ -120,6 +119,7 @@ void print_text(const EncodeCommand& command, const import::Ingested& done, std:
   if (done.encode_seconds > 0) {
     std::cout << " (" << fixed(figures.vertices / done.encode_seconds, 0) << " vertices a second)";
   }
+  std::cout << ", proven by decoding in " << fixed(done.prove_seconds, 2) << " s";
   if (!command.no_errors) std::cout << ", errors measured in " << fixed(done.measure_seconds, 2) << " s";
   std::cout << '\n';
 }
@@ -130,33 +130,36 @@ void print_json(const EncodeCommand& command, const import::Ingested& done, std:
   const Figures figures(done, file_bytes);
   nlohmann::ordered_json bits_per_vertex{{"total", figures.per_vertex(figures.file_bits)}};
   for (const Part& part : figures.parts) bits_per_vertex[part.key] = figures.per_vertex(part.bits);
-  nlohmann::ordered_json document{
-      {"in", command.in},
-      {"out", command.out},
-      {"import",
-       {{"format", import.format},
-        {"scalar", import.float64 ? "float64" : "float32"},
-        {"vertices", import.vertices},
-        {"faces", import.faces},
-        {"corners_welded", import.corners_welded},
-        {"polygons_triangulated", import.polygons_triangulated},
-        {"diagonals_avoided", import.diagonals_avoided},
-        {"polygons_not_simple", import.polygons_not_simple},
-        {"faces_turned", import.faces_turned},
-        {"isolated_vertices", import.isolated_vertices},
-        {"zero_area_faces", import.zero_area_faces},
-        {"left_out", import.left_out}}},
-      {"generation", hex(done.directory.generation)},
-      {"lossless", done.directory.lossless},
-      {"bytes", file_bytes},
-      {"raw_bytes", figures.raw_bytes},
-      {"packets", done.packets.size()},
-      {"base_vertices", done.packets.front().vertices},
-      {"base_bytes", done.packets.front().bytes.size()},
-      {"components", report.components},
-      {"passes", report.passes},
-      {"bits_per_vertex", bits_per_vertex},
-      {"seconds", {{"read", done.read_seconds}, {"encode", done.encode_seconds}, {"measure", done.measure_seconds}}}};
+  nlohmann::ordered_json document{{"in", command.in},
+                                  {"out", command.out},
+                                  {"import",
+                                   {{"format", import.format},
+                                    {"scalar", import.float64 ? "float64" : "float32"},
+                                    {"vertices", import.vertices},
+                                    {"faces", import.faces},
+                                    {"corners_welded", import.corners_welded},
+                                    {"polygons_triangulated", import.polygons_triangulated},
+                                    {"diagonals_avoided", import.diagonals_avoided},
+                                    {"polygons_not_simple", import.polygons_not_simple},
+                                    {"faces_turned", import.faces_turned},
+                                    {"isolated_vertices", import.isolated_vertices},
+                                    {"zero_area_faces", import.zero_area_faces},
+                                    {"left_out", import.left_out}}},
+                                  {"generation", hex(done.directory.generation)},
+                                  {"lossless", done.directory.lossless},
+                                  {"bytes", file_bytes},
+                                  {"raw_bytes", figures.raw_bytes},
+                                  {"packets", done.packets.size()},
+                                  {"base_vertices", done.packets.front().vertices},
+                                  {"base_bytes", done.packets.front().bytes.size()},
+                                  {"components", report.components},
+                                  {"passes", report.passes},
+                                  {"bits_per_vertex", bits_per_vertex},
+                                  {"seconds",
+                                   {{"read", done.read_seconds},
+                                    {"encode", done.encode_seconds},
+                                    {"prove", done.prove_seconds},
+                                    {"measure", done.measure_seconds}}}};
   std::cout << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Import, encode, then decode level by level to measure. Each part's time is told apart.
+// Import, encode, then one decoding that proves the packets and measures the levels. Each part's time is told apart.
 #include "codec/import/ingest_file.h"
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <span>
 
 #include "codec/import/measure.h"
+#include "codec/proof.h"
 
 namespace pmcd::import {
 namespace {
@@ -41,25 +42,42 @@ void fill_box(const codec::TriangleMesh& mesh, codec::Directory& directory) {
   }
 }
 
-/// Writes each level's error into the directory. An error that is beyond double stays "not measured".
-ImportFailure measure_levels(const codec::TriangleMesh& original, const std::string& file, const IngestOptions& options,
-                             Ingested& out) {
-  const ErrorMeter meter(original);
-  codec::Decoder decoder;
-  const std::size_t levels = out.packets.size();
-  for (std::size_t k = 0; k < levels; ++k) {
-    if (options.progress &&
-        !options.progress(IngestStage::measuring, static_cast<double>(k) / static_cast<double>(levels))) {
-      return cancelled(file);
-    }
-    const codec::Result<codec::Level> level = decoder.apply(out.packets[k].bytes);
-    if (!level) return from_codec(level.error(), ImportErrorCode::encoder_refused, file);
-    const Distance distance = meter.distance_to(decoder.mesh());
-    if (!std::isfinite(distance.rms) || !std::isfinite(distance.max)) continue;
-    out.directory.levels[k].error_rms = distance.rms;
-    out.directory.levels[k].error_max = distance.max;
-  }
-  return {};
+codec::Result<codec::Directory> directory_of(const std::vector<codec::EncodedPacket>& packets) {
+  std::vector<std::span<const std::byte>> views(packets.size());
+  std::transform(packets.begin(), packets.end(), views.begin(),
+                 [](const codec::EncodedPacket& p) { return std::span<const std::byte>(p.bytes); });
+  return codec::make_directory(views);
+}
+
+/// An error that is beyond double stays "not measured".
+void measure_level(const ErrorMeter& meter, const codec::Decoder& decoder, codec::LevelEntry& entry) {
+  const Distance distance = meter.distance_to(decoder.mesh());
+  if (!std::isfinite(distance.rms) || !std::isfinite(distance.max)) return;
+  entry.error_rms = distance.rms;
+  entry.error_max = distance.max;
+}
+
+/// Proves `encoded` and writes each level's error into `out`, if that is asked for; and both times.
+codec::Status prove_and_measure(const codec::Encoded& encoded, const codec::TriangleMesh& mesh,
+                                const IngestOptions& options, Ingested& out) {
+  const Stopwatch both;
+  const IngestStage stage = options.measure_errors ? IngestStage::measuring : IngestStage::proving;
+  auto go_on = [&](double fraction) { return !options.progress || options.progress(stage, fraction); };
+  std::optional<ErrorMeter> meter;
+  auto timed = [&](auto measure) {
+    const Stopwatch measuring;
+    measure();
+    out.measure_seconds += measuring.seconds();
+  };
+  if (options.measure_errors) timed([&] { meter.emplace(mesh); });
+  codec::Status proven = codec::prove(encoded, mesh, [&](std::size_t k, const codec::Decoder& decoder) {
+    if (!go_on(static_cast<double>(k) / static_cast<double>(encoded.packets.size()))) return false;
+    if (meter) timed([&] { measure_level(*meter, decoder, out.directory.levels[k]); });
+    return true;
+  });
+  out.prove_seconds = both.seconds() - out.measure_seconds;
+  if (proven && !go_on(1)) return codec::Error{codec::ErrorCode::cancelled, 0, "ingesting was cancelled"};
+  return proven;
 }
 
 }  // namespace
@@ -86,34 +104,49 @@ ImportError from_codec(const codec::Error& error, ImportErrorCode code, const st
   return out;
 }
 
-ImportResult<Ingested> ingest_mesh(ImportedMesh imported, const std::string& file, const IngestOptions& options) {
-  Ingested out;
-  out.import_report = std::move(imported.report);
-  const codec::TriangleMesh& mesh = imported.mesh;
+const char* stage_name(IngestStage stage) {
+  switch (stage) {
+    case IngestStage::reading:
+      return "reading";
+    case IngestStage::encoding:
+      return "encoding";
+    case IngestStage::proving:
+      return "proving";
+    case IngestStage::measuring:
+      return "measuring";
+  }
+  return "";
+}
 
+ImportResult<Ingested> ingest_encoded(codec::Encoded encoded, const codec::TriangleMesh& mesh, const std::string& file,
+                                      const IngestOptions& options) {
+  Ingested out;
+  const Stopwatch listing;
+  codec::Result<codec::Directory> directory = directory_of(encoded.packets);
+  if (!directory) return from_codec(directory.error(), ImportErrorCode::encoder_refused, file);
+  out.directory = std::move(directory).value();
+  fill_box(mesh, out.directory);
+  out.encode_seconds = listing.seconds();
+  const codec::Status proven = prove_and_measure(encoded, mesh, options, out);
+  if (!proven) return from_codec(proven.error(), ImportErrorCode::encoder_refused, file);
+  out.packets = std::move(encoded.packets);
+  out.encode_report = encoded.report;
+  return out;
+}
+
+ImportResult<Ingested> ingest_mesh(ImportedMesh imported, const std::string& file, const IngestOptions& options) {
   const Stopwatch encoding;
   codec::Progress progress;
   if (options.progress) {
     progress = [&](double fraction) { return options.progress(IngestStage::encoding, fraction); };
   }
-  codec::Result<codec::Encoded> encoded = codec::encode(mesh, options.encode, progress);
+  codec::Result<codec::Encoded> encoded = codec::encode(imported.mesh, options.encode, progress);
   if (!encoded) return from_codec(encoded.error(), ImportErrorCode::encoder_refused, file);
-  out.packets = std::move(encoded->packets);
-  out.encode_report = encoded->report;
-  std::vector<std::span<const std::byte>> packets(out.packets.size());
-  std::transform(out.packets.begin(), out.packets.end(), packets.begin(),
-                 [](const codec::EncodedPacket& p) { return std::span<const std::byte>(p.bytes); });
-  codec::Result<codec::Directory> directory = codec::make_directory(packets);
-  if (!directory) return from_codec(directory.error(), ImportErrorCode::encoder_refused, file);
-  out.directory = std::move(directory).value();
-  fill_box(mesh, out.directory);
-  out.encode_seconds = encoding.seconds();
-
-  if (options.measure_errors) {
-    const Stopwatch measuring;
-    if (ImportFailure failure = measure_levels(mesh, file, options, out)) return std::move(*failure);
-    out.measure_seconds = measuring.seconds();
-  }
+  const double encode_seconds = encoding.seconds();
+  ImportResult<Ingested> out = ingest_encoded(std::move(encoded).value(), imported.mesh, file, options);
+  if (!out) return out;
+  out->import_report = std::move(imported.report);
+  out->encode_seconds += encode_seconds;
   return out;
 }
 

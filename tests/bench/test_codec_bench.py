@@ -112,6 +112,8 @@ class Programs(unittest.TestCase):
         bits = result["bits_per_vertex"]
         self.assertAlmostEqual(sum(bits[part] for part in bits if part != "total"), bits["total"])
         self.assertAlmostEqual(bits["total"] * 1002 / 8, sum(level["bytes"] for level in levels))
+        for what in ("encode", "prove", "decode"):
+            self.assertGreater(result[what + "_cpu_seconds"], 0)
         unmeasured = self.bench(path, "--bits", 10, "--repeat", 1)
         self.assertEqual([level["error_rms"] for level in unmeasured["levels"]], [None] * len(levels))
         best = self.bench(path, "--bits", 10, "--repeat", 1, "--effort", "best")
@@ -141,8 +143,8 @@ class Tables(unittest.TestCase):
                 "draco10": {"bytes": draco, "encode_seconds": 1, "decode_seconds": 0, "error_rms": 1e-4},
                 "draco7": {"bytes": 2 * draco, "encode_seconds": 1, "decode_seconds": 1},
                 "pmcd": {"vertices": 100, "faces": 196, "components": 1, "isolated_vertices": 0, "boundary_edges": 0,
-                         "exact": True, "file_bytes": file_bytes, "encode_cpu_seconds": 0.5, "decode_cpu_seconds": 0.25,
-                         "encode_peak_bytes": 40000, "decode_peak_bytes": 20000,
+                         "exact": True, "file_bytes": file_bytes, "encode_cpu_seconds": 0.05, "prove_cpu_seconds": 0.05,
+                         "decode_cpu_seconds": 0.025, "encode_and_prove_peak_bytes": 40000, "decode_peak_bytes": 20000,
                          "bits_per_vertex": parts | {"headers": 8 * total / 100, "total": 8 * total / 100},
                          "levels": [{"bytes": size, "vertices": 100, "error_rms": error, "error_max": error}
                                     for size, error in levels]}}
@@ -162,10 +164,13 @@ class Tables(unittest.TestCase):
         listed, topology = report.summary_rows(runs)
         # Mean ratio, worst, the scans alone, to -cl 7, the whole file; then exactness, speed and memory.
         self.assertEqual(listed, ["the list", "12", "-", "2", "1.000", "1.500 dino", "0.500", "0.500", "1.100", "2 of 2",
-                                  "0", "0", "400", "200"])
+                                  "2", "1", "4", "400", "200"])
         self.assertEqual(topology[:6], ["high genus or many components", "12", "-", "1", "3.000", "3.000 bones"])
         self.assertEqual(topology[6], "-")
-        self.assertIn("| dino | 100 | 0 | 12 | - |", report.report(runs, 1, "a machine"))
+        text = report.report(runs, 1, "a machine")
+        self.assertIn("| dino | 100 | 0 | 12 | - |", text)
+        # Encoding alone, the proof, both, decoding; memory.
+        self.assertIn("| dino | 12 | - | 0.050 | 2 | 0.050 | 1 | 0.025 | 4 | 400 | 200 |", text)
 
     def test_choice_of_meshes(self):
         every = meshes.choose([], os.fspath(self.folder_with(

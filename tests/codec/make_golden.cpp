@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 
+#include "codec/proof.h"
 #include "tests/codec/golden.h"
 #include "tests/codec/support.h"
 
@@ -22,6 +23,11 @@ int main(int argc, char** argv) {
     const Result<Encoded> encoded = encode(golden.mesh, golden.options);
     if (!encoded) {
       std::fprintf(stderr, "%s: %s\n", golden.name.c_str(), text(encoded.error()).c_str());
+      return 1;
+    }
+    const Status proven = prove(*encoded, golden.mesh);
+    if (!proven) {
+      std::fprintf(stderr, "%s: %s\n", golden.name.c_str(), text(proven.error()).c_str());
       return 1;
     }
     std::vector<std::vector<std::byte>> packets;

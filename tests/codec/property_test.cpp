@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Whole meshes drawn at random: encode, decode every level, compare the last one with the original by a comparer that
-// shares no code with the encoder's proof.
+// shares no code with prove().
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "codec/packet/directory.h"
 #include "codec/packet/header.h"
+#include "codec/proof.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 #include "tests/sanitized.h"
@@ -114,6 +115,7 @@ TEST(Properties, NumberingOfTheInputDoesNotMatterToTheResult) {
     TriangleMesh decoded;
     const Result<Encoded> encoded = encode(other, {});
     ASSERT_TRUE(encoded.ok());
+    EXPECT_TRUE(prove(*encoded, other).ok());
     ASSERT_EQ(decode_levels(encoded->packets, decoded), "");
     EXPECT_EQ(difference(mesh, decoded), "");
   }

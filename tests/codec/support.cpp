@@ -10,6 +10,7 @@
 #include "codec/packet/crc32c.h"
 #include "codec/packet/directory.h"
 #include "codec/packet/header.h"
+#include "codec/proof.h"
 
 namespace pmcd::codec::testing {
 namespace {
@@ -173,6 +174,8 @@ std::string decode_levels(std::span<const EncodedPacket> packets, TriangleMesh& 
 std::string round_trip(const TriangleMesh& mesh, const EncodeOptions& options, Encoded* encoded) {
   Result<Encoded> result = encode(mesh, options);
   if (!result) return "encode: " + text(result.error());
+  const Status proven = prove(*result, mesh);
+  if (!proven) return "prove: " + text(proven.error());
   TriangleMesh decoded;
   std::string broken = decode_levels(result->packets, decoded);
   if (broken.empty()) broken = difference(options.bits ? snapped(mesh, *options.bits) : mesh, decoded);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the codec's tests share: a validator of half-edge meshes, a comparer of meshes that shares no code with the
-// encoder's proof, and decoding level by level. Answers are sentences; an empty one means that all is well.
+// What the codec's tests share: a validator of half-edge meshes, a comparer of meshes that shares no code with prove(),
+// and decoding level by level. Answers are sentences; an empty one means that all is well.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,7 @@ TriangleMesh snapped(const TriangleMesh& mesh, unsigned bits);
 /// the last of a lossless mesh), `last` on the last only. `result` is the last level.
 std::string decode_levels(std::span<const EncodedPacket> packets, TriangleMesh& result);
 
-/// encode(), decode_levels(), and the last level against the original (snapped, if bits are asked for).
+/// encode(), prove(), decode_levels(), and the last level against the original (snapped, if bits are asked for).
 std::string round_trip(const TriangleMesh& mesh, const EncodeOptions& options, Encoded* encoded = nullptr);
 
 /// "name at where: detail".

@@ -11,6 +11,7 @@
 #include "codec/encoder.h"
 #include "codec/packet/directory.h"
 #include "codec/packet/header.h"
+#include "codec/proof.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 #include "tests/fuzz/check.h"
@@ -292,6 +293,8 @@ void round_trip(Input input) {
     check(!error.detail.empty(), "an error without a word");
     return;
   }
+  const codec::Status proven = codec::prove(*encoded, mesh);
+  if (!proven) broken(text(proven.error()));
   check_packets(*encoded, options);
   TriangleMesh decoded;
   const std::string complaint = decode_levels(encoded->packets, decoded);

@@ -4,6 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "codec/import/compare.h"
 #include "codec/import/measure.h"
 #include "codec/import/write_mesh.h"
@@ -24,6 +30,8 @@ TEST(Ingest, DirectoryHoldsTheErrorOfEachLevel) {
   const TriangleMesh mesh = torus(40, 30);
   const auto done = ingest_mesh(imported(mesh), "torus", {});
   ASSERT_TRUE(done.ok()) << to_line(done.error());
+  EXPECT_GT(done->encode_seconds, 0);
+  EXPECT_GT(done->prove_seconds, 0);
   EXPECT_GT(done->measure_seconds, 0);
   ASSERT_EQ(done->directory.levels.size(), done->packets.size());
   const std::vector<std::byte> file = to_file_bytes(*done);
@@ -52,28 +60,74 @@ TEST(Ingest, BoxIsTheOriginals) {
   EXPECT_EQ(done->directory.box_min, (Position{-4, -4, -1}));
   EXPECT_EQ(done->directory.box_max, (Position{4, 4, 1}));
   EXPECT_LT(done->directory.levels.back().error_max, 0);
+  EXPECT_GT(done->prove_seconds, 0);
   EXPECT_EQ(done->measure_seconds, 0);
+}
+
+// What the encoder got wrong must not get out, whether errors are measured or not.
+TEST(Ingest, NothingComesOutIfTheProofFails) {
+  const TriangleMesh mesh = torus(16, 12);
+  const auto good = codec::encode(mesh, {});
+  ASSERT_TRUE(good.ok());
+  ASSERT_GE(good->packets.size(), 3u);
+  codec::Encoded moved = *good;
+  std::swap(moved.claim.to_original[3], moved.claim.to_original[4]);
+  codec::Encoded incomplete = *good;
+  incomplete.claim.to_original.pop_back();
+  TriangleMesh other = mesh;
+  other.positions[7][2] = 0.5;
+  for (const bool measure_errors : {false, true}) {
+    IngestOptions options;
+    options.measure_errors = measure_errors;
+    EXPECT_TRUE(ingest_encoded(*good, mesh, "torus", options).ok());
+    for (const auto& done :
+         {ingest_encoded(moved, mesh, "torus", options), ingest_encoded(incomplete, mesh, "torus", options),
+          ingest_encoded(*good, other, "torus", options)}) {
+      ASSERT_FALSE(done.ok());
+      EXPECT_EQ(done.error().code, encoder_refused);
+      EXPECT_EQ(done.error().file, "torus");
+      EXPECT_EQ(done.error().message.find("the encoder's proof failed: "), 0u) << done.error().message;
+      EXPECT_NE(done.error().message.find("(internal_error)"), std::string::npos) << done.error().message;
+    }
+  }
 }
 
 TEST(Ingest, ProgressRisesAndCancelsInEveryStage) {
   TemporaryFolder folder;
-  ASSERT_TRUE(write_mesh(folder.file("torus.ply"), torus(40, 30)).ok());
-  std::vector<std::pair<IngestStage, double>> told;
-  IngestOptions options;
-  options.progress = [&](IngestStage stage, double fraction) {
-    told.emplace_back(stage, fraction);
-    return true;
-  };
-  ASSERT_TRUE(ingest_file(folder.file("torus.ply"), options).ok());
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  for (const IngestStage stop : {IngestStage::reading, IngestStage::encoding, IngestStage::measuring}) {
-    EXPECT_TRUE(std::any_of(told.begin(), told.end(), [&](const auto& t) { return t.first == stop; }));
-    options.progress = [&](IngestStage stage, double) { return stage != stop; };
-    const auto done = ingest_file(folder.file("torus.ply"), options);
-    ASSERT_FALSE(done.ok());
-    EXPECT_EQ(done.error().code, cancelled);
-    EXPECT_EQ(done.error().file, folder.file("torus.ply"));
+  const std::string file = folder.file("torus.ply");
+  ASSERT_TRUE(write_mesh(file, torus(40, 30)).ok());
+  for (const bool measure_errors : {false, true}) {
+    const IngestStage last = measure_errors ? IngestStage::measuring : IngestStage::proving;
+    std::vector<std::pair<IngestStage, double>> told;
+    IngestOptions options;
+    options.measure_errors = measure_errors;
+    options.progress = [&](IngestStage stage, double fraction) {
+      told.emplace_back(stage, fraction);
+      return true;
+    };
+    ASSERT_TRUE(ingest_file(file, options).ok());
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+    EXPECT_EQ(told.back(), std::pair(last, 1.0));
+    std::set<IngestStage> stages;
+    for (const auto& [stage, fraction] : told) stages.insert(stage);
+    EXPECT_EQ(stages, (std::set<IngestStage>{IngestStage::reading, IngestStage::encoding, last}));
+    for (std::size_t stop = 0; stop < told.size(); ++stop) {
+      std::size_t asked = 0;
+      options.progress = [&](IngestStage, double) { return asked++ < stop; };
+      const auto done = ingest_file(file, options);
+      ASSERT_FALSE(done.ok()) << stop;
+      EXPECT_EQ(done.error().code, cancelled);
+      EXPECT_EQ(done.error().file, file);
+      EXPECT_EQ(asked, stop + 1) << "nothing is asked after a no";
+    }
   }
+}
+
+TEST(Ingest, StagesHaveNames) {
+  EXPECT_STREQ(stage_name(IngestStage::reading), "reading");
+  EXPECT_STREQ(stage_name(IngestStage::encoding), "encoding");
+  EXPECT_STREQ(stage_name(IngestStage::proving), "proving");
+  EXPECT_STREQ(stage_name(IngestStage::measuring), "measuring");
 }
 
 TEST(Ingest, ErrorsAreNamed) {

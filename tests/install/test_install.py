@@ -25,7 +25,7 @@ _GPL = re.compile(r"cgal|gmp|mpfr", re.IGNORECASE)
 _PUBLIC = {
     "client": {"address.h", "backoff.h", "fetch.h", "result.h", "session.h"},
     "codec": {"decoder.h", "encoder.h", "lattice/lattice.h", "lattice/unit.h", "mesh/triangle_mesh.h",
-              "packet/crc32c.h", "packet/directory.h", "packet/error_value.h", "packet/header.h", "result.h"},
+              "packet/crc32c.h", "packet/directory.h", "packet/error_value.h", "packet/header.h", "proof.h", "result.h"},
     "proto": {"bytes.h", "codes.h", "frame.h", "mesh_list.h", "messages.h", "result.h", "text.h"},
 }
 

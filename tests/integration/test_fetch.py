@@ -2,6 +2,7 @@
 """The straight way: a mesh is ingested, served and fetched level by level until the client holds the original."""
 
 import concurrent.futures
+import json
 import unittest
 
 import house
@@ -35,6 +36,21 @@ class Fetch(house.HouseTest):
             part = self.folder / f"part{level}.ply"
             self.tool("fetch", daemon.address, "torus", part, "--level", level)
             self.assert_same_mesh(files[level], part)
+
+    def test_ingest_tells_its_times_apart(self):
+        daemon = self.start_daemon()
+        original = house.write_ply(self.folder / "torus.ply", house.torus(60, 30))
+        packets = self.folder / "packets.pmcd"
+        self.tool("encode", original, packets)
+
+        def seconds(file):
+            done, = json.loads(self.expect(daemon.ctl("--json", "ingest", file), house.DONE).stdout)["ingested"]
+            parts = [done[what + "_seconds"] for what in ("encode", "prove", "measure")]
+            self.assertLessEqual(sum(parts), done["seconds"])
+            return parts
+
+        self.assertGreater(min(seconds(original)), 0)
+        self.assertEqual(seconds(packets), [0, 0, 0], "stored as it is")
 
     def test_two_clients_at_once(self):
         daemon = self.start_daemon()

@@ -95,7 +95,7 @@ class RoundTrip(ToolTest):
         done = self.tool("encode", mesh, self.path("torus.pmcd"))
         self.assertIn("OFF: 1000 vertices, 2000 faces, coordinates as float32", done.stdout)
         self.assertIn("lossless", done.stdout)
-        self.assertRegex(done.stdout, r"encoded in [\d.]+ s .*, errors measured in [\d.]+ s")
+        self.assertRegex(done.stdout, r"encoded in [\d.]+ s .*, proven by decoding in [\d.]+ s, errors measured in [\d.]+ s")
         self.assertEqual(done.stderr, "")
         for name in ("out.ply", "out.obj", "out.off", "out.stl"):
             done = self.tool("decode", self.path("torus.pmcd"), self.path(name))
@@ -204,7 +204,11 @@ class RoundTrip(ToolTest):
     def test_no_errors(self):
         mesh = self.write("torus.off", torus_off(10, 8))
         done = self.tool("encode", mesh, self.path("t.pmcd"), "--no-errors")
+        self.assertRegex(done.stdout, r"encoded in [\d.]+ s .*, proven by decoding in [\d.]+ s\n")
         self.assertNotIn("measured", done.stdout)
+        seconds = json.loads(self.tool("encode", mesh, self.path("t.pmcd"), "--no-errors", "--json").stdout)["seconds"]
+        self.assertGreater(seconds["prove"], 0)
+        self.assertEqual(seconds["measure"], 0)
         info = json.loads(self.tool("info", "--json", self.path("t.pmcd")).stdout)
         self.assertTrue(all(level["error_rms"] is None and level["error_max"] is None for level in info["levels"]))
 
@@ -212,6 +216,8 @@ class RoundTrip(ToolTest):
         mesh = self.write("torus.off", torus_off(40, 25))
         result = json.loads(self.tool("encode", mesh, self.path("t.pmcd"), "--bits", "10", "--json").stdout)
         self.assertFalse(result["lossless"])
+        self.assertEqual(list(result["seconds"]), ["read", "encode", "prove", "measure"])
+        self.assertGreater(min(result["seconds"].values()), 0)
         self.assertEqual(result["bytes"], len(self.read("t.pmcd")))
         bits = result["bits_per_vertex"]
         parts = sum(bits[name] for name in bits if name != "total")

@@ -16,6 +16,7 @@
 #include "codec/import/measure.h"
 #include "codec/import/read_mesh.h"
 #include "codec/import/write_mesh.h"
+#include "codec/proof.h"
 #include "tests/codec/support.h"
 
 namespace pmcd::codec::testing {
@@ -91,21 +92,21 @@ int genus_of(const TriangleMesh& mesh, std::uint32_t components) {
   return (2 * static_cast<int>(components) - loops - characteristic) / 2;
 }
 
-void expect_valid_levels(const Encoded& encoded, TriangleMesh& last) {
-  Decoder decoder;
-  for (std::size_t k = 0; k < encoded.packets.size(); ++k) {
-    const Result<Level> level = decoder.apply(encoded.packets[k].bytes);
-    ASSERT_TRUE(level.ok()) << text(level.error());
-    EXPECT_EQ(level->vertices, encoded.packets[k].vertices);
-    EXPECT_EQ(level->faces, encoded.packets[k].faces);
+void expect_valid_levels(const Encoded& encoded, const TriangleMesh& mesh, TriangleMesh& last) {
+  const Status proven = prove(encoded, mesh, [&](std::size_t k, const Decoder& decoder) {
+    const Level level = decoder.level();
+    EXPECT_EQ(level.vertices, encoded.packets[k].vertices);
+    EXPECT_EQ(level.faces, encoded.packets[k].faces);
+    EXPECT_EQ(level.last, k + 1 == encoded.packets.size());
     last = decoder.mesh();
     EXPECT_TRUE(import::is_valid_cgal(last)) << "level " << k;
     if (k > 0) {
       const bool only_exactness = k + 1 == encoded.packets.size() && encoded.report.bits.exactness > 0;
-      EXPECT_TRUE(level->vertices > encoded.packets[k - 1].vertices || only_exactness) << "level " << k;
+      EXPECT_TRUE(level.vertices > encoded.packets[k - 1].vertices || only_exactness) << "level " << k;
     }
-  }
-  EXPECT_TRUE(decoder.level().last);
+    return true;
+  });
+  EXPECT_TRUE(proven.ok()) << text(proven.error());
 }
 
 void expect_slim(const Encoded& encoded, const TriangleMesh& mesh, bool at_12_bits) {
@@ -134,7 +135,7 @@ TEST_P(Accepted, LosslessIsTheOriginalFile) {
   const Result<Encoded> encoded = encode(imported->mesh, {});
   ASSERT_TRUE(encoded.ok()) << text(encoded.error());
   TriangleMesh last;
-  expect_valid_levels(*encoded, last);
+  expect_valid_levels(*encoded, imported->mesh, last);
   expect_slim(*encoded, imported->mesh, false);
 
   const std::string decoded = folder_.path + "/decoded.ply";
@@ -160,7 +161,7 @@ TEST_P(Accepted, TwelveBitsAreTheSnappedOriginal) {
   const Result<Encoded> encoded = encode(imported->mesh, options);
   ASSERT_TRUE(encoded.ok()) << text(encoded.error());
   TriangleMesh last;
-  expect_valid_levels(*encoded, last);
+  expect_valid_levels(*encoded, imported->mesh, last);
   expect_slim(*encoded, imported->mesh, true);
   EXPECT_EQ(difference(snapped(imported->mesh, 12), last), "");
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "codec/encoder/proof.h"
+#include "codec/proof.h"
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
+#include <span>
 #include <string>
-
-#include "codec/decoder.h"
+#include <vector>
 
 namespace pmcd::codec {
 namespace {
@@ -42,21 +43,28 @@ std::vector<std::uint64_t> sorted_triples(std::span<const Face> faces, std::size
   return rest;
 }
 
+// The decoder is freed with it, before anything is compared.
+Result<TriangleMesh> last_level(const std::vector<EncodedPacket>& packets, const LevelObserver& seen) {
+  DecoderLimits unlimited;
+  unlimited.max_vertices = unlimited.max_faces = ~std::uint32_t{0};
+  Decoder decoder(unlimited);
+  for (std::size_t k = 0; k < packets.size(); ++k) {
+    const Result<Level> level = decoder.apply(packets[k].bytes);
+    if (!level) return broken("packet " + std::to_string(k) + ": " + level.error().detail);
+    if (seen && !seen(k, decoder)) return Error{ErrorCode::cancelled, 0, "the proof was cancelled"};
+  }
+  if (!decoder.has_level() || !decoder.level().last) return broken("the last packet is missing");
+  return decoder.mesh();
+}
+
 }  // namespace
 
-Status prove(std::span<const EncodedPacket> packets, const TriangleMesh& original, const Lattice& lattice,
-             bool lossless, std::span<const std::uint32_t> to_original) {
-  TriangleMesh decoded;
-  {
-    DecoderLimits unlimited;
-    unlimited.max_vertices = unlimited.max_faces = ~std::uint32_t{0};
-    Decoder decoder(unlimited);
-    for (std::size_t k = 0; k < packets.size(); ++k) {
-      Result<Level> level = decoder.apply(packets[k].bytes);
-      if (!level) return broken("packet " + std::to_string(k) + ": " + level.error().detail);
-    }
-    decoded = decoder.mesh();
-  }
+Status prove(const Encoded& encoded, const TriangleMesh& original, const LevelObserver& seen) {
+  Result<TriangleMesh> last = last_level(encoded.packets, seen);
+  if (!last) return last.error();
+  TriangleMesh& decoded = *last;
+  const Claim& claim = encoded.claim;
+  const std::vector<std::uint32_t>& to_original = claim.to_original;
   const std::size_t count = original.positions.size();
   if (decoded.positions.size() != count || to_original.size() != count ||
       decoded.faces.size() != original.faces.size()) {
@@ -67,10 +75,9 @@ Status prove(std::span<const EncodedPacket> packets, const TriangleMesh& origina
     const std::uint32_t o = to_original[v];
     if (o >= count || met[o] != 0) return broken("the numbering is no bijection");
     met[o] = 1;
-    const Position& wanted = original.positions[o];
-    if (!same_bits(decoded.positions[v], lossless ? wanted : lattice.position(lattice.snap(wanted)))) {
-      return broken("vertex " + std::to_string(o) + " has moved");
-    }
+    const Position& there = original.positions[o];
+    const Position wanted = claim.lossless ? there : claim.lattice.position(claim.lattice.snap(there));
+    if (!same_bits(decoded.positions[v], wanted)) return broken("vertex " + std::to_string(o) + " has moved");
   }
   for (Face& face : decoded.faces) {
     for (std::uint32_t& v : face) v = to_original[v];
