@@ -16,7 +16,7 @@
 
 namespace pmcd::codec {
 
-/// How hard the encoder tries. Every decoder reads both; best decodes at about two thirds of the speed.
+/// How hard the encoder tries. Every decoder reads both; best decodes at a bit more than half of the speed.
 enum class Effort : std::uint8_t {
   standard,
   best  ///< a larger last packet and more guesses, or as standard where that is smaller

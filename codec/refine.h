@@ -188,9 +188,6 @@ Status code_digits(LevelState& state, Surface& surface, unsigned shift, std::uin
 /// A pass may cost next to no bits but costs a walk over the mesh: so their number is bounded, and each must insert.
 inline constexpr std::uint32_t kMaxPasses = 1024;
 
-/// The faces that are clear (SymbolModel::set_clear) where positions are guessed often; where they are not, all are.
-inline constexpr float kClear = 0.8f;
-
 /// A refinement packet: its passes, coarse to fine; `shift`: digits that positions lack after it. Errors: corrupt_data.
 template <typename Source>
 Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift, Source& source) {
@@ -201,8 +198,9 @@ Status code_passes(LevelState& state, const LevelBounds& bounds, unsigned shift,
     return Error{ErrorCode::corrupt_data, shift, "digits of positions can only be added, a few at a time"};
   }
   const auto guessing = static_cast<Guessing>(source.raw(static_cast<std::uint32_t>(source.wanted_guessing()), 1));
-  state.models.symbol.set_clear(guessing == Guessing::never ? 0.0f : kClear);
-  state.models.clean.set_clear(guessing == Guessing::never ? 0.0f : kClear);
+  const float clear = static_cast<float>(source.raw(source.wanted_clear(), 3)) / kNoneClear;
+  state.models.symbol.set_clear(clear);
+  state.models.clean.set_clear(clear);
   const std::uint32_t passes = source.raw(source.wanted_passes(), 11);
   if (passes > kMaxPasses) return Error{ErrorCode::corrupt_data, passes, "a packet with more passes than any needs"};
 

@@ -42,10 +42,12 @@ struct BaseStep {
   bool arrives = false;
 };
 
-/// What a packet spends time on: whether the positions that are still to come in it are guessed, after the connectivity
-/// and before the positions of each pass (0.2 bits a vertex less, a third more time); if so, faces are clear only above
-/// kClear (refine.h).
+/// Whether the positions that are still to come in a packet are guessed, after the connectivity and before the
+/// positions of each pass: 0.2 bits a vertex less, a third more time.
 enum class Guessing : std::uint8_t { never = 0, often = 1 };
+
+/// In a packet faces are clear (SymbolModel::set_clear) above some sevenths: 0, all are, to this, none.
+inline constexpr std::uint32_t kNoneClear = 7;
 
 /// What a stretch of a packet is about, for the encoder's account of bits.
 enum class PacketPart : std::uint8_t { base, connectivity, geometry, precision, isolated, exactness };
@@ -66,6 +68,7 @@ class PacketReader {
   [[nodiscard]] bool at_end() const { return decoder_.at_end(); }
 
   [[nodiscard]] Guessing wanted_guessing() const { return Guessing::never; }
+  [[nodiscard]] std::uint32_t wanted_clear() const { return 0; }
   [[nodiscard]] Structure wanted_structure() const { return Structure::none; }
   [[nodiscard]] Reflection wanted_reflection() const { return {}; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return 0; }

@@ -20,11 +20,17 @@
 
 namespace pmcd::codec {
 
+/// What decoding spends time on, for the sake of bits.
+struct Spending {
+  Guessing guessing = Guessing::never;
+  std::uint32_t clear = 0;  ///< sevenths
+  Structure structure = Structure::none;
+};
+
 /// What one packet is to hold.
 struct PacketPlan {
   std::span<const PassRecord> passes;  ///< coarse to fine
-  Guessing guessing = Guessing::never;
-  Structure structure = Structure::none;  ///< of the whole mesh
+  Spending spending;
   bool with_isolated = false;
   bool with_exactness = false;
 };
@@ -62,8 +68,9 @@ class PlanWriter {
   [[nodiscard]] static bool failed() { return false; }
   void finish() { encoder_.finish(); }
 
-  [[nodiscard]] Guessing wanted_guessing() const { return packet_.guessing; }
-  [[nodiscard]] Structure wanted_structure() const { return packet_.structure; }
+  [[nodiscard]] Guessing wanted_guessing() const { return packet_.spending.guessing; }
+  [[nodiscard]] std::uint32_t wanted_clear() const { return packet_.spending.clear; }
+  [[nodiscard]] Structure wanted_structure() const { return packet_.spending.structure; }
   [[nodiscard]] Reflection wanted_reflection() const { return plan_.reflection; }
   [[nodiscard]] std::uint32_t wanted_passes() const { return static_cast<std::uint32_t>(packet_.passes.size()); }
   [[nodiscard]] PassKind wanted_pass_kind() const { return packet_.passes[pass_].kind; }

@@ -23,8 +23,7 @@ namespace {
 struct Writing {
   const EncodingPlan& plan;
   const Descent& descent;
-  Guessing guessing;
-  Structure structure;
+  Spending spending;
   LevelState state;
   Variant variant;  ///< its packets are payloads only, until write_headers
   std::vector<std::uint64_t> hashes;
@@ -41,8 +40,7 @@ Status write_packet(Writing& w, std::span<const PassRecord> passes, unsigned shi
                            static_cast<std::uint32_t>(w.plan.original->faces.size())};
   std::vector<std::byte> bytes;
   if (is_base) append_base_header(bytes, w.state.lattice, w.state.lossless);
-  PlanWriter writer(w.plan, w.descent, {passes, w.guessing, w.structure, with_isolated, with_exactness}, w.variant,
-                    bytes);
+  PlanWriter writer(w.plan, w.descent, {passes, w.spending, with_isolated, with_exactness}, w.variant, bytes);
   Status status = is_base ? code_base_level(w.state, writer, bounds.vertices, bounds.faces, shift)
                           : code_passes(w.state, bounds, shift, writer);
   if (status) status = code_isolated(w.state, bounds.vertices, writer);
@@ -120,9 +118,18 @@ std::vector<unsigned> plan_shifts(const EncodingPlan& plan, std::span<const Pass
   return shifts;
 }
 
-Structure structure_of(const EncodingPlan& plan, Effort effort) {
-  if (effort == Effort::best) return plan.alignment == Alignment::none ? Structure::none : Structure::all;
-  return plan.alignment == Alignment::planes ? Structure::values : Structure::none;
+// Best effort looks closely, at meshes that take long to decode a little less so.
+Spending plan_spending(const EncodingPlan& plan, Effort effort) {
+  Spending spending;
+  if (effort == Effort::best) {
+    constexpr std::size_t kLarge = 100'000;
+    spending.guessing = Guessing::often;
+    spending.clear = plan.points.size() > kLarge ? 4 : kNoneClear;
+    spending.structure = plan.alignment == Alignment::none ? Structure::none : Structure::all;
+  } else if (plan.alignment == Alignment::planes) {
+    spending.structure = Structure::values;
+  }
+  return spending;
 }
 
 }  // namespace
@@ -137,9 +144,7 @@ Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes
   const std::vector<std::uint32_t> groups = plan_packets(descent, effort, most_packets);
   const std::vector<unsigned> shifts = plan_shifts(plan, passes, groups);
 
-  Writing w{
-      plan, descent, effort == Effort::best ? Guessing::often : Guessing::never, structure_of(plan, effort), {}, {},
-      {},   {}};
+  Writing w{plan, descent, plan_spending(plan, effort), {}, {}, {}, {}};
   w.state.lattice = plan.lattice;
   w.state.lossless = plan.lossless;
   const auto total = static_cast<std::uint32_t>(plan.points.size());

@@ -2,6 +2,7 @@
 """Refinement packets, written from docs/FORMAT.md alone ("Refinement packet", "The walk")."""
 from geometry import Expectation, Positions, Predictor, guess
 from patches import MINUS, NULL, PLUS, insert_ear
+from single import f
 from stream import Bit, Damaged, Signed
 from symbols import Surroundings, SymbolModel
 
@@ -28,7 +29,7 @@ class State:
         self.before_last_pass = 0
 
 
-def walk(state, reader, kind, header, previous, often):
+def walk(state, reader, kind, header, previous, clear):
     mesh = state.mesh
     surroundings = Surroundings(mesh, kind == CLEANING, previous)
     model = state.symbols[kind]
@@ -55,7 +56,7 @@ def walk(state, reader, kind, header, previous, often):
             f_state = {None: 1, PLUS: 2, MINUS: 3}[tag[front]] if vertex_done[front] else 0
             beside = 2 * taken(mesh.next(gate)) + taken(mesh.prev(gate))
             gate_state = (4 * f_state + beside) * 4 + 2 * (tag[sv] == PLUS) + (tag[tv] == PLUS)
-            holds = model.read(reader, surroundings, gate, tag, face_done, gate_state, parent, often)
+            holds = model.read(reader, surroundings, gate, tag, face_done, gate_state, parent, clear)
             if holds.symbol == NULL:
                 surroundings.keep(gate // 3)
                 face_done[gate // 3] = True
@@ -114,6 +115,7 @@ def read_refinement(state, reader, header):
     if not 0 <= shift_before - state.shift <= 8:
         raise Damaged("shift")
     often = reader.raw(1)
+    clear = f(reader.raw(3) / 7)
     passes = reader.raw(11)
     if passes > 1024:
         raise Damaged("passes")
@@ -126,7 +128,7 @@ def read_refinement(state, reader, header):
         if kind == EARS:
             read_ears(state, reader, header)
         elif kind in state.symbols:
-            walk(state, reader, kind, header, previous, often)
+            walk(state, reader, kind, header, previous, clear)
         else:
             raise Damaged("kind of pass")
         if len(mesh.points) == first:

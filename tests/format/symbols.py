@@ -158,11 +158,11 @@ class SymbolModel:
         self.output = [list(row) for row in TRAINED.output]
         self.state = [list(row) for row in TRAINED.state]
 
-    def read(self, reader, surroundings, gate, tag, conquered, state, parent, often):
+    def read(self, reader, surroundings, gate, tag, conquered, state, parent, clear_above):
         m = surroundings.mesh
         face = surroundings.face(gate, tag, conquered)
         share, units = self.face.share(face, state, parent)
-        clear = share > (C(0.8) if often else 0.0)
+        clear = share > clear_above
         if clear and reader.bit_at(against(share, 1.0)):
             self.face.learn(face, state, parent, units, f(1 - share))
             return face.null
