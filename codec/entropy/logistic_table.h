@@ -36,7 +36,7 @@ class LogisticTable {
  private:
   static constexpr float kReach = 16;
   static constexpr int kFractionBits = 10;  // a step of the table is 1/32
-  static constexpr int kRiseBits = 3;  // that rises lack, so that they take 16
+  static constexpr int kRiseBits = 3;       // that rises lack, so that they take 16
   static constexpr std::size_t kSteps = 1024;
 
   struct Step {

@@ -23,14 +23,16 @@ inline std::vector<std::byte> forged_packet(const PacketHeader& header, std::spa
 }
 
 /// A payload for packet 0: a 12-bit float32 lattice over the unit cube, then what `write` codes.
-inline std::vector<std::byte> base_payload(const std::function<void(RangeEncoder&)>& write) {
+inline std::vector<std::byte> base_payload(const std::function<void(RangeEncoder&)>& write,
+                                           Structure structure = Structure::none) {
   Lattice lattice;
   lattice.bits = 12;
   lattice.step = 1.0 / 4095;
   std::vector<std::byte> payload;
   append_base_header(payload, lattice, false);
   RangeEncoder encoder(payload);
-  encoder.raw(0, 2);  // no coordinates repeat, no reflection
+  encoder.raw(static_cast<std::uint32_t>(structure), 2);
+  encoder.raw(0, 1);  // no reflection
   write(encoder);
   encoder.finish();
   return payload;

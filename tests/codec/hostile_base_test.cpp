@@ -25,6 +25,7 @@ using Bytes = std::vector<std::byte>;
 // What a base packet says ahead of its mesh: no coordinates repeat, there is no reflection.
 void write_structure(LyingSource& source) {
   source.raw(0, 2);
+  source.raw(0, 1);
 }
 
 Bytes lying_base(std::uint32_t vertices, std::uint32_t faces, const std::function<BaseStep(std::uint32_t)>& beyond) {

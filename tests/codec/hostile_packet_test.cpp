@@ -379,6 +379,25 @@ TEST(HostileClaims, LimitsHoldForEveryPacketNotOnlyTheFirst) {
   EXPECT_EQ(decoder.level().level, 1u);
 }
 
+TEST(HostileClaims, StructureThatNobodyKnowsIsCorrupt) {
+  PacketHeader header;
+  header.last = true;
+  auto code_of = [&](std::uint32_t structure) {
+    const Bytes payload = base_payload(
+        [](RangeEncoder& encoder) {
+          write_count(encoder, 0);  // no component
+          encoder.raw(0, 2);        // no isolated vertices, no exactness
+        },
+        static_cast<Structure>(structure));
+    Decoder decoder;
+    const Result<Level> level = decoder.apply(forged_packet(header, payload));
+    EXPECT_FALSE(level.ok());
+    return level.ok() ? ErrorCode::internal_error : level.error().code;
+  };
+  for (std::uint32_t known = 0; known < 3; ++known) EXPECT_EQ(code_of(known), ErrorCode::hash_mismatch) << known;
+  EXPECT_EQ(code_of(3), ErrorCode::corrupt_data);
+}
+
 TEST(HostileClaims, LargeClaimsOfAFewBytesCostLittleMemory) {
   // Within the default limits, so nothing but the content can refuse them.
   PacketHeader header;
