@@ -77,6 +77,10 @@ Result<Encoded> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
   // effort writes the standard stream too.
   std::vector<Effort> efforts{options.effort};
   if (options.effort == Effort::best) efforts.push_back(Effort::standard);
+  auto variant_options = [&](Effort effort) {
+    return VariantOptions{effort, plan_spending(effort, plan->alignment, plan->points.size()),
+                          options.max_packets_after_base};
+  };
   Variant best;
   EncodeReport report = report_of(*plan, *descent);
   for (std::size_t i = 0; i < efforts.size(); ++i) {
@@ -85,7 +89,7 @@ Result<Encoded> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
       return go_on(kDecimated + (kWritten - kDecimated) * written);
     };
     const Passes then = i + 1 < efforts.size() ? Passes::keep : Passes::use_up;
-    Result<Variant> variant = write_variant(*plan, *descent, then, efforts[i], options.max_packets_after_base, told);
+    Result<Variant> variant = write_variant(*plan, *descent, then, variant_options(efforts[i]), told);
     if (!variant) return variant.error();
     if (i == 0 || variant->total_bytes() < best.total_bytes()) best = std::move(variant).value();
   }
@@ -95,7 +99,7 @@ Result<Encoded> write_smallest(const TriangleMesh& mesh, const EncodeOptions& op
   const Result<HalfEdgeMesh> again = HalfEdgeMesh::build(mesh.faces, mesh.positions.size());
   if (!again) return again.error();
   Descent none = stay(*again);
-  Result<Variant> in_one = write_variant(*plan, none, Passes::use_up, options.effort, options.max_packets_after_base,
+  Result<Variant> in_one = write_variant(*plan, none, Passes::use_up, variant_options(options.effort),
                                          [&](double) { return go_on(kWritten); });
   if (!in_one) return in_one.error();
   const auto much_smaller = kMuchSmaller * static_cast<double>(best.total_bytes());

@@ -19,7 +19,8 @@ namespace pmcd::codec {
 /// How hard the encoder tries. Every decoder reads both; best decodes at a bit more than half of the speed.
 enum class Effort : std::uint8_t {
   standard,
-  best  ///< a larger last packet and more guesses, or as standard where that is smaller
+  best  ///< a larger last packet, positions guessed, all patches and repeated values looked at; or as standard if
+        ///< smaller
 };
 
 struct EncodeOptions {

@@ -63,10 +63,9 @@ class RemovingDriver {
   PassRecord& record_;
 };
 
-// Numbers the faces in the order of the walk that met them, without those that went: the next walk meets memory in
-// order. A walk meets every face.
+// Numbers the faces in the order of the walk that met them, all there are, without those that went: the next walk meets
+// memory in order.
 void compact(HalfEdgeMesh& mesh, Marks& marks) {
-  if (marks.order.size() != mesh.face_count()) return;
   std::erase_if(marks.order, [&](std::uint32_t face) { return mesh.is_free_slot(face); });
   mesh.reorder(marks.order);
 }

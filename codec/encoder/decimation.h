@@ -34,10 +34,10 @@ using DecimationProgress = std::function<bool(std::uint32_t vertices_left)>;
 /// One seed for each component with faces, in the order of their first faces. [linear]
 std::vector<Seed> choose_seeds(const HalfEdgeMesh& mesh);
 
-/// Decimates `mesh` in place (its freed slots stay, see HalfEdgeMesh::free_face) and answers the passes, fine to
-/// coarse. When a pass stalls, the geometric limits are given up, for a level that cannot shrink is worse than a bent
-/// face; the topological ones never. Stops when nothing is left to remove or the mesh is small.
-/// An empty answer with `cancelled` set: progress said no. [a few walks over the mesh; 3 bytes a vertex and pass]
+/// Decimates `mesh` in place (faces get other numbers, vertices keep theirs) and answers the passes, fine to coarse.
+/// When a pass stalls, the geometric limits are given up, for a level that cannot shrink is worse than a bent face; the
+/// topological ones never. Stops when nothing is left to remove or the mesh is small. An empty answer with `cancelled`
+/// set: progress said no. [a few walks over the mesh; 3 bytes a vertex and pass]
 std::vector<PassRecord> decimate(HalfEdgeMesh& mesh, std::span<const LatticePoint> points, std::span<const Seed> seeds,
                                  const DecimationOptions& options, const DecimationProgress& progress, bool& cancelled);
 

@@ -13,19 +13,13 @@
 
 #include "codec/encoder.h"
 #include "codec/encoder/encoding_plan.h"
+#include "codec/encoder/spending.h"
 #include "codec/encoder/variant.h"
 #include "codec/geometry/reflection.h"
 #include "codec/mesh/halfedge_mesh.h"
 #include "codec/source.h"
 
 namespace pmcd::codec {
-
-/// What decoding spends time on, for the sake of bits.
-struct Spending {
-  Guessing guessing = Guessing::never;
-  std::uint32_t clear = 0;  ///< sevenths
-  Structure structure = Structure::none;
-};
 
 /// What one packet is to hold.
 struct PacketPlan {

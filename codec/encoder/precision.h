@@ -14,7 +14,7 @@ namespace pmcd::codec {
 /// How often edges lie along the lattice's planes, against chance.
 enum class Alignment : std::uint8_t {
   none,   ///< as chance has it
-  some,   ///< coordinates repeat: models that look for that pay for their time
+  some,   ///< coordinates repeat: models that look for that save bits
   planes  ///< far more often: whole faces lie in planes, and coarse lattices would only blur them
 };
 

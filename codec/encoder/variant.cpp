@@ -118,33 +118,20 @@ std::vector<unsigned> plan_shifts(const EncodingPlan& plan, std::span<const Pass
   return shifts;
 }
 
-// Best effort looks closely, at meshes that take long to decode a little less so.
-Spending plan_spending(const EncodingPlan& plan, Effort effort) {
-  Spending spending;
-  if (effort == Effort::best) {
-    constexpr std::size_t kLarge = 100'000;
-    spending.guessing = Guessing::often;
-    spending.clear = plan.points.size() > kLarge ? 4 : kNoneClear;
-    spending.structure = plan.alignment == Alignment::none ? Structure::none : Structure::all;
-  } else if (plan.alignment == Alignment::planes) {
-    spending.structure = Structure::values;
-  }
-  return spending;
-}
-
 }  // namespace
 
-Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes then, Effort effort,
-                              std::optional<unsigned> most_packets, const WritingProgress& progress) {
+Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes then, const VariantOptions& options,
+                              const WritingProgress& progress) {
   const std::span<PassRecord> passes = descent.passes;
+  std::optional<unsigned> most_packets = options.most_packets;
   // Exactness is a packet of its own, unless only one may follow the base.
   const bool exact = plan.has_exactness();
   const bool exact_apart = exact && (passes.empty() || !most_packets || *most_packets > 1);
   if (most_packets && exact_apart && *most_packets > 1) --*most_packets;
-  const std::vector<std::uint32_t> groups = plan_packets(descent, effort, most_packets);
+  const std::vector<std::uint32_t> groups = plan_packets(descent, options.effort, most_packets);
   const std::vector<unsigned> shifts = plan_shifts(plan, passes, groups);
 
-  Writing w{plan, descent, plan_spending(plan, effort), {}, {}, {}, {}};
+  Writing w{plan, descent, options.spending, {}, {}, {}, {}};
   w.state.lattice = plan.lattice;
   w.state.lossless = plan.lossless;
   const auto total = static_cast<std::uint32_t>(plan.points.size());

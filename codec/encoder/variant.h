@@ -10,6 +10,7 @@
 
 #include "codec/encoder.h"
 #include "codec/encoder/encoding_plan.h"
+#include "codec/encoder/spending.h"
 #include "codec/result.h"
 
 namespace pmcd::codec {
@@ -32,9 +33,15 @@ using WritingProgress = std::function<bool(double share)>;
 /// Whether another variant wants the passes of a descent; if not, each is freed once it is written.
 enum class Passes : std::uint8_t { keep, use_up };
 
-/// Writes the mesh of `plan` by way of `descent`; `most_packets` after the base packet. Proves nothing. Errors:
-/// cancelled, and internal_error when the walk up is not the walk down.
-Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes then, Effort effort,
-                              std::optional<unsigned> most_packets, const WritingProgress& progress);
+struct VariantOptions {
+  Effort effort = Effort::standard;  ///< how passes become packets
+  Spending spending;
+  std::optional<unsigned> most_packets;  ///< after the base packet
+};
+
+/// Writes the mesh of `plan` by way of `descent`. Proves nothing. Errors: cancelled, and internal_error when the walk
+/// up is not the walk down.
+Result<Variant> write_variant(const EncodingPlan& plan, Descent& descent, Passes then, const VariantOptions& options,
+                              const WritingProgress& progress);
 
 }  // namespace pmcd::codec

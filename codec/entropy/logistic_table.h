@@ -16,8 +16,6 @@ namespace pmcd::codec {
 /// time.
 class LogisticTable {
  public:
-  using FourInts = std::int32_t __attribute__((vector_size(16)));
-
   static FourInts at(Four t) {
     constexpr Four kMiddle = Four{} + kReach;
     constexpr Four kLast = Four{} + (2 * kReach - 0x1p-10f);

@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
 #include "codec/entropy/integer_model.h"
-#include "codec/entropy/logistic_table.h"
+#include "codec/entropy/softmax.h"
 #include "codec/geometry/mixture.h"
 
 namespace pmcd::codec {
@@ -30,7 +31,7 @@ class CoordinateModel {
   }
 
   /// `mean` and `spread` in cells; `order`: how many coordinates of the vertex are known, 0 to 2; `repeated`: one
-  /// value at most of a kind. REQUIRES: 0 < spread <= 2^24, mean within -2^30 .. 2^30.
+  /// value at most of a kind. REQUIRES: 0 < spread, for code() <= 2^24; mean within -2^30 .. 2^30.
   Mixture mixture(double mean, float spread, std::size_t order, std::span<const RepeatedValue> repeated) {
     const int half_octave = static_cast<int>(2 * fast_log2(spread) + 64.0f) - 64 + kLowest;
     Mixture mixture(mean, spread, weights_[order][static_cast<std::size_t>(std::clamp(half_octave, 0, kClasses - 1))]);
@@ -43,7 +44,7 @@ class CoordinateModel {
   std::int32_t code(Source& source, std::int32_t value, Mixture& mixture, std::int32_t most) {
     // Bins of 2^shift cells; below them nothing can be known.
     unsigned shift = 0;
-    while (mixture.reach() * 2 > static_cast<double>(kMostBins << shift)) ++shift;
+    while (mixture.reach() * 2 > static_cast<double>(std::int64_t{kMostBins} << shift)) ++shift;
     auto bin_of = [&](double cell) {
       return static_cast<std::int32_t>(std::clamp(cell, 0.0, static_cast<double>(most))) >> shift;
     };

@@ -5,7 +5,6 @@
 // Gain: 0.65 to 1.1 bits a vertex (the project's codec notes, part 2).
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>

@@ -49,7 +49,7 @@ class RepeatedValues {
     if (!reflects_) return;
     LatticePoint about{};
     for (std::size_t i = 0; i < 3; ++i) {
-      const double bounded = std::min(std::max(mean[i], 0.0), static_cast<double>(most));
+      const double bounded = mean[i] > 0 ? std::min(mean[i], static_cast<double>(most)) : 0;
       about[axis[i]] = static_cast<std::int32_t>(bounded) << (shift + 1);
     }
     nearby_ = repetition.images.near(about);

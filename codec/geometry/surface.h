@@ -20,7 +20,6 @@
 
 namespace pmcd::codec {
 
-using FourInts = std::int32_t __attribute__((vector_size(16)));
 using FourWords = std::uint32_t __attribute__((vector_size(16)));  // they wrap around
 
 inline FourWords four_words(const LatticePoint& point) {

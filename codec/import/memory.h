@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the C library keeps the memory of programs that encode and decode meshes. It allocates nothing.
+// How the C library (glibc; elsewhere nothing happens) keeps the memory of programs that encode and decode meshes. It
+// allocates nothing.
 #pragma once
 
 namespace pmcd::import {

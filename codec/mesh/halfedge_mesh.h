@@ -102,7 +102,7 @@ class HalfEdgeMesh {
     halfedge_[4 * f + 2].origin = c;
     halfedge_[4 * f + 3].origin = a;
   }
-  /// Frees a slot: its corners become kNone. The slot is not given out again.
+  /// Frees a slot: its corners become kNone. The slot is not given out again until reorder() leaves it out.
   void free_face(std::uint32_t f) { set_face(f, kNone, kNone, kNone); }
   [[nodiscard]] bool is_free_slot(std::uint32_t f) const { return halfedge_[4 * f].origin == kNone; }
   /// Makes a and b opposites; b may be kNone.
@@ -111,7 +111,8 @@ class HalfEdgeMesh {
     if (b != kNone) halfedge_[b].opposite = a;
   }
   /// Numbers the faces anew: number i is given to what is order[i] so far; those that are left out are no more.
-  /// REQUIRES: faces once each, all that are not free slots. [linear; another 36 bytes a face while it runs]
+  /// REQUIRES: faces once each, all that are not free slots. [linear; while it runs as much memory again as the faces
+  /// have or had reserved, and 4 bytes a face]
   void reorder(std::span<const std::uint32_t> order);
   void set_outgoing(std::uint32_t v, std::uint32_t h) { outgoing_[v] = h; }
   void change_face_valence(std::uint32_t v, int by) {

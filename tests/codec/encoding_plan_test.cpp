@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "codec/encoder/decimation.h"
 #include "tests/codec/generated.h"
 #include "tests/codec/support.h"
 
@@ -39,6 +40,26 @@ TEST(EncodingPlanTest, EveryVertexOfTheZooIsAccountedFor) {
     ASSERT_TRUE(descent);
     expect_whole(*descent, *plan);
     EXPECT_EQ(descent->seeds.size(), whole.seeds.size());
+  }
+}
+
+// Ears are clipped after the walk that packs the faces: at most theirs lie about at the end.
+TEST(EncodingPlanTest, DecimationLeavesNoFacesThatWentLyingAbout) {
+  Random random(40);
+  TriangleMesh ragged = grid(24, 20, 9);
+  flip_edges(ragged, 900, random);
+  for (const TriangleMesh& mesh : {sphere(4), ragged, joined(torus(12, 9), ragged)}) {
+    HalfEdgeMesh halfedges;
+    const Result<EncodingPlan> plan = make_plan(mesh, 12, halfedges);
+    ASSERT_TRUE(plan.ok());
+    const std::vector<Seed> seeds = choose_seeds(halfedges);
+    bool cancelled = false;
+    const std::vector<PassRecord> passes = decimate(halfedges, plan->points, seeds, {}, {}, cancelled);
+    ASSERT_GT(passes.size(), 4u);
+    std::size_t free_slots = 0;
+    for (std::uint32_t f = 0; f < halfedges.face_count(); ++f) free_slots += halfedges.is_free_slot(f) ? 1 : 0;
+    EXPECT_EQ(free_slots, passes.back().kind == PassKind::ears ? passes.back().removed.size() : 0u);
+    EXPECT_LT(halfedges.face_count(), mesh.faces.size() / 3);
   }
 }
 

@@ -26,6 +26,15 @@ TriangleMesh terraces() {
   return mesh;
 }
 
+// The same with columns and rows that widen, so that it is no mirror image of itself.
+TriangleMesh lopsided_terraces() {
+  TriangleMesh mesh = terraces();
+  for (Position& p : mesh.positions) {
+    for (std::size_t axis = 0; axis < 2; ++axis) p[axis] = round_to(Scalar::float32, p[axis] * (1 + p[axis]));
+  }
+  return mesh;
+}
+
 // A sphere with bumps that are the same on both sides of x = 0, in decimals of four digits.
 TriangleMesh mirrored() {
   TriangleMesh mesh = sphere(3);
@@ -41,11 +50,12 @@ TriangleMesh mirrored() {
 std::vector<GoldenMesh> golden_meshes() {
   std::vector<GoldenMesh> all;
   auto add = [&](const char* name, TriangleMesh mesh, std::optional<unsigned> bits, bool cleaning = false,
-                 std::optional<unsigned> levels = std::nullopt) {
+                 std::optional<unsigned> levels = std::nullopt, Effort effort = Effort::standard) {
     EncodeOptions options;
     options.bits = bits;
     options.cleaning = cleaning;
     options.max_packets_after_base = levels;
+    options.effort = effort;
     all.push_back({name, std::move(mesh), options});
   };
   Random random(1906);
@@ -89,6 +99,14 @@ std::vector<GoldenMesh> golden_meshes() {
         return mesh;
       }(),
       24);
+  auto add_best = [&](const char* name, TriangleMesh mesh, unsigned bits, bool cleaning = false) {
+    add(name, std::move(mesh), bits, cleaning, std::nullopt, Effort::best);
+  };
+  add_best("sphere-12-best", noisy(sphere(3), 0.02), 12);
+  add_best("sphere-12-cleaning-best", noisy(sphere(3), 0.02), 12, true);
+  add_best("ragged-grid-10-best", noisy(grid(14, 11, 6), 0.01), 10);
+  add_best("terraces-12-best", terraces(), 12);
+  add_best("lopsided-terraces-12-best", lopsided_terraces(), 12);
   return all;
 }
 

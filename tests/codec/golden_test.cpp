@@ -7,9 +7,15 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
+#include <span>
 
+#include "codec/geometry/structure.h"
+#include "codec/packet/base_header.h"
 #include "codec/packet/directory.h"
+#include "codec/packet/header.h"
+#include "codec/source.h"
 #include "tests/codec/golden.h"
 #include "tests/codec/support.h"
 
@@ -60,6 +66,43 @@ TEST(Golden, FilesDecodeToTheRecordedMeshes) {
     lines.insert(levels.begin(), levels.end());
   }
   EXPECT_EQ(lines, recorded_lines());
+}
+
+// How often each answer comes to what a packet asks first.
+struct Answers {
+  std::map<std::uint32_t, int> structure;
+  std::map<std::uint32_t, int> guessing;
+  std::map<std::uint32_t, int> clear;
+};
+
+TEST(Golden, EveryWayToSpendTimeIsThere) {
+  Answers answers;
+  for (const GoldenMesh& golden : golden_meshes()) {
+    const std::vector<std::byte> file = read_golden(golden.name + ".pmcd");
+    const Result<ParsedFile> parsed = parse_file(file);
+    ASSERT_TRUE(parsed.ok()) << golden.name;
+    for (const auto& packet : parsed->packets) {
+      const Result<PacketHeader> header = check_packet(packet);
+      ASSERT_TRUE(header.ok()) << golden.name;
+      const std::span<const std::byte> payload = packet.subspan(header->size);
+      if (header->is_base()) {
+        PacketReader reader(payload.subspan(parse_base_header(payload).value().size));
+        ++answers.structure[reader.raw(0, 2)];
+        continue;
+      }
+      PacketReader reader(payload);
+      ++answers.guessing[reader.raw(0, 1)];
+      ++answers.clear[reader.raw(0, 3)];
+    }
+  }
+  for (const Structure structure : {Structure::none, Structure::values, Structure::all}) {
+    EXPECT_GT(answers.structure[static_cast<std::uint32_t>(structure)], 0);
+  }
+  for (const Guessing guessing : {Guessing::never, Guessing::often}) {
+    EXPECT_GT(answers.guessing[static_cast<std::uint32_t>(guessing)], 5);
+  }
+  EXPECT_GT(answers.clear[0], 5);
+  EXPECT_GT(answers.clear[kNoneClear], 5);
 }
 
 TEST(Golden, LastLevelsAreTheGeneratedMeshes) {

@@ -91,6 +91,14 @@ TEST(PositionCoder, AnyExpectationBringsEveryCellBack) {
     ModelWriter writer;
     PositionModels out;
     out.repetition.structure = static_cast<Structure>(seed % 3);
+    auto reflect = [&](PositionModels& models) {
+      if (seed % 2 == 0) return;
+      models.repetition.reflection.flips[seed % 3] = true;
+      models.repetition.reflection.sum[seed % 3] = 1 << 24;
+      models.repetition.images.begin(models.repetition.reflection, points.size(), 1 << 25);
+      for (const LatticePoint& p : points) models.repetition.images.add(p);
+    };
+    reflect(out);
     for (const Case& c : cases) {
       LatticePoint got{};
       ASSERT_TRUE(code(writer, out, c, c.cell, got));
@@ -99,6 +107,7 @@ TEST(PositionCoder, AnyExpectationBringsEveryCellBack) {
     ModelReader reader(writer.finish());
     PositionModels in;
     in.repetition.structure = out.repetition.structure;
+    reflect(in);
     for (const Case& c : cases) {
       LatticePoint got{};
       ASSERT_TRUE(code(reader, in, c, {}, got));
@@ -162,9 +171,19 @@ TEST_F(RepeatedValuesTest, StructureSaysWhatIsLookedFor) {
   EXPECT_EQ(kinds(), (std::vector<std::size_t>{3}));
   repetition_.structure = Structure::all;
   EXPECT_EQ(kinds(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  {
+    RepeatedValues values = of_vertex();
+    EXPECT_EQ(expected(values, 0)[1].value, 60);  // the corner: 41 + 80 - 0, in cells
+  }
   repetition_.reflection.flips[0] = true;
+  repetition_.reflection.sum[0] = 200;
   repetition_.images.begin(repetition_.reflection, 10, 200);
+  repetition_.images.add({160, 40, 46});
   EXPECT_EQ(kinds(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  {
+    RepeatedValues values = of_vertex();
+    EXPECT_EQ(expected(values, 0)[1].value, 20) << "the image instead";
+  }
   repetition_.structure = Structure::values;
   EXPECT_EQ(kinds(), (std::vector<std::size_t>{1, 3}));
   repetition_.structure = Structure::none;

@@ -24,6 +24,33 @@ TEST(ValueCounts, FrequentAndNearWins) {
   EXPECT_EQ(counts.best_near(90, 2, value), 0u) << "out of reach";
 }
 
+TEST(ValueCounts, FourAreLookedAtAtATime) {
+  // Reach 1 about 90: 89 to 91, and 92, which makes them four.
+  auto count_of = [](std::int32_t learnt) {
+    ValueCounts counts;
+    counts.begin(0);
+    counts.learn(learnt);
+    std::int32_t value = -1;
+    const std::size_t count = counts.best_near(90, 1, value);
+    EXPECT_EQ(value, count > 0 ? learnt : 90);
+    return count;
+  };
+  for (std::int32_t near : {89, 90, 91, 92}) EXPECT_EQ(count_of(near), 1u) << near;
+  for (std::int32_t far : {88, 93}) EXPECT_EQ(count_of(far), 0u) << far;
+}
+
+TEST(ValueCounts, TheLastSlotsAndTheFirstLieTogether) {
+  constexpr std::int32_t kSlots = 1 << 14;
+  for (std::int32_t value = kSlots - 2; value < kSlots + 3; ++value) {
+    ValueCounts counts;
+    counts.begin(0);
+    counts.learn(value);
+    std::int32_t best = -1;
+    EXPECT_EQ(counts.best_near(kSlots - 1, 2, best), 1u) << value;
+    EXPECT_EQ(best, value);
+  }
+}
+
 TEST(ValueCounts, CountsEndAt255AndWrapAround) {
   ValueCounts counts;
   counts.begin(0);
