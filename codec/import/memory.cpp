@@ -10,7 +10,7 @@ namespace pmcd::import {
 
 void return_large_blocks() {
 #ifdef __GLIBC__
-  constexpr int kLarge = 8 << 20;
+  constexpr int kLarge = 4 << 20;
   constexpr int kMostKept = 64 << 20;
   mallopt(M_MMAP_THRESHOLD, kLarge);
   mallopt(M_TRIM_THRESHOLD, kMostKept);
