@@ -6,13 +6,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,7 +19,7 @@
 #include "codec/decoder.h"
 #include "codec/encoder.h"
 #include "codec/import/file_io.h"
-#include "codec/import/measure.h"
+#include "codec/import/ingest_file.h"
 #include "codec/import/memory.h"
 #include "codec/import/read_mesh.h"
 #include "codec/import/write_mesh.h"
@@ -102,36 +100,6 @@ Failure set_effort(const std::string& effort, codec::EncodeOptions& options) {
   return {};
 }
 
-/// Proves the packets and notes how far each level is from the mesh. An error beyond double stays "not measured".
-codec::Status measure_errors(const codec::TriangleMesh& mesh, const codec::Encoded& encoded,
-                             codec::Directory& directory) {
-  const import::ErrorMeter meter(mesh);
-  return codec::prove(encoded, mesh, [&](std::size_t k, const codec::Decoder& decoder) {
-    const import::Distance distance = meter.distance_to(decoder.mesh());
-    if (std::isfinite(distance.rms) && std::isfinite(distance.max)) {
-      directory.levels[k].error_rms = distance.rms;
-      directory.levels[k].error_max = distance.max;
-    }
-    return true;
-  });
-}
-
-codec::Result<codec::Directory> directory_of(const std::vector<codec::EncodedPacket>& packets) {
-  std::vector<std::span<const std::byte>> views;
-  views.reserve(packets.size());
-  for (const codec::EncodedPacket& packet : packets) views.emplace_back(packet.bytes);
-  return codec::make_directory(views);
-}
-
-/// A whole .pmcd file.
-std::vector<std::byte> file_of(const codec::Directory& directory, const std::vector<codec::EncodedPacket>& packets) {
-  std::vector<std::byte> file = codec::serialize(directory);
-  for (const codec::EncodedPacket& packet : packets) {
-    file.insert(file.end(), packet.bytes.begin(), packet.bytes.end());
-  }
-  return file;
-}
-
 Failure write_mesh(const std::string& path, const codec::TriangleMesh& mesh) {
   const auto written = import::write_mesh(path, mesh);
   return written ? Failure() : import::to_line(written.error());
@@ -194,14 +162,15 @@ Failure run(const Arguments& arguments) {
   const auto encode = [&] { return codec::encode(mesh, options); };
   const auto encoded = encode();
   if (!encoded) return std::string(codec::error_name(encoded.error().code)) + ": " + encoded.error().detail;
-  auto directory = directory_of(encoded->packets);
-  if (!directory) return directory.error().detail;
-  const auto prove = [&] { return codec::prove(*encoded, mesh); };
-  const codec::Status proven = arguments.errors ? measure_errors(mesh, *encoded, *directory) : prove();
-  if (!proven) return std::string(codec::error_name(proven.error().code)) + ": " + proven.error().detail;
-  const std::vector<std::byte> file = file_of(*directory, encoded->packets);
+  // As pmctool does, proof and errors included.
+  import::IngestOptions ingest_options;
+  ingest_options.measure_errors = arguments.errors;
+  const auto ingested = import::ingest_encoded(*encoded, mesh, arguments.mesh, ingest_options);
+  if (!ingested) return import::to_line(ingested.error());
+  const std::vector<std::byte> file = import::to_file_bytes(*ingested);
   if (Failure failure = write_files(arguments, mesh, file); !failure.empty()) return failure;
 
+  const auto prove = [&] { return codec::prove(*encoded, mesh); };
   const auto encode_and_prove = [&] {
     const auto again = encode();
     return codec::prove(*again, mesh);
@@ -226,7 +195,7 @@ Failure run(const Arguments& arguments) {
                          {"decode_peak_bytes", decoding_peak},
                          {"bits_per_vertex", bits_per_vertex(*encoded, mesh.positions.size())},
                          {"file_bytes", file.size()},
-                         {"levels", level_list(*directory)}};
+                         {"levels", level_list(ingested->directory)}};
   json["bits"] = arguments.bits ? nlohmann::json(*arguments.bits) : nlohmann::json();
   std::cout << json.dump(1) << '\n';
   return {};
