@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <iomanip>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -43,7 +44,11 @@ po::options_description file_options() {
       ("data-port", text("PORT"), "port of the data channel, 0 for any free one (7622)")              //
       ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                 //
       ("rule", text("NAME"), "distribution rule (fifo)")                                              //
-      ("slots", text("N"), "transfers that run at the same time (1)")                                 //
+      ("rule-option", text("NAME=VALUE"), "an option of that rule; may be given several times")       //
+      ("slots", text("N"), "transfers that run at the same time, or auto: as fill the uplink (1)")    //
+      ("quantum", text("MS"), "a longer turn is interrupted when another is to go; 0: none (0)")      //
+      ("aging", text("SECONDS"), "a request that waits longer goes before all others; 0: none (0)")   //
+      ("uplink", text("KBIT"), "what the uplink carries in kbit/s; 0: measured (0)")                  //
       ("max-sessions", text("N"), "sessions at the same time (9000)")                                 //
       ("max-sessions-per-address", text("N"), "of these, from one IPv4 address or IPv6 /64 (256)")    //
       ("hello-timeout", text("SECONDS"), "for the first frame of a connection (10)")                  //
@@ -68,15 +73,33 @@ po::options_description command_options() {
   return options;
 }
 
+constexpr const char* kRuleOption = "rule-option";
+
+/// Adds what was given once; an option of a rule stands under "rule-option NAME". A sentence if it was given before, or
+/// is no "NAME=VALUE".
+std::optional<ConfigError> add(const std::string& name, const std::string& value, const std::string& where,
+                               Values& values) {
+  std::string key = name;
+  Given given{value, where};
+  if (name == kRuleOption) {
+    const std::size_t equals = value.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      return ConfigError{where + ": \"" + value + "\" must be NAME=VALUE"};
+    }
+    key += ' ' + value.substr(0, equals);
+    given.value = value.substr(equals + 1);
+  }
+  if (values.try_emplace(key, std::move(given)).second) return std::nullopt;
+  return ConfigError{where + (name == kRuleOption ? ' ' + key.substr(name.size() + 1) : "") + " was given before"};
+}
+
 /// One line of the config file; nothing is added for blank lines and comments.
 std::optional<ConfigError> read_line(const std::string& line, const std::string& place, Values& values) {
   std::istringstream stream(line);
   try {
     for (const auto& option : po::parse_config_file(stream, file_options()).options) {
       if (option.value.size() != 1) return ConfigError{place + ": " + option.string_key + " needs one value"};
-      if (!values.try_emplace(option.string_key, Given{option.value[0], place + ": " + option.string_key}).second) {
-        return ConfigError{place + ": " + option.string_key + " was given before"};
-      }
+      if (auto error = add(option.string_key, option.value[0], place + ": " + option.string_key, values)) return error;
     }
   } catch (const po::unknown_option& error) {
     return ConfigError{place + ": " + error.get_option_name() + " is no option of the config file"};
@@ -208,6 +231,36 @@ class Taker {
   std::optional<ConfigError> complaint_;
 };
 
+/// The policy that was given, or the first complaint about it.
+std::variant<scheduler::PolicyLayer, ConfigError> judge_policy(const Values& values) {
+  scheduler::PolicyLayer layer;
+  if (const auto rule = values.find("rule"); rule != values.end()) {
+    layer.rule = rule->second.value;
+    if (const auto error = scheduler::check(layer)) return ConfigError{rule->second.where + ": " + error->text};
+  }
+  const auto take = [&](const std::string& key, const std::string& name) -> std::optional<ConfigError> {
+    const auto given = values.find(key);
+    if (given == values.end()) return std::nullopt;
+    const auto error = scheduler::check({layer.rule, {{name, given->second.value}}});
+    if (error) return ConfigError{given->second.where + ": " + error->text};
+    layer.options.emplace(name, given->second.value);
+    return std::nullopt;
+  };
+  for (const auto& option : scheduler::common_options()) {
+    if (auto error = take(std::string(option.name), std::string(option.name))) return *error;
+  }
+  const std::string prefix = std::string(kRuleOption) + ' ';
+  for (auto it = values.lower_bound(prefix); it != values.end() && it->first.starts_with(prefix); ++it) {
+    const std::string name = it->first.substr(prefix.size());
+    const auto common = scheduler::common_options();
+    if (std::any_of(common.begin(), common.end(), [&](const auto& option) { return option.name == name; })) {
+      return ConfigError{it->second.where + ": " + name + " is an option of its own"};
+    }
+    if (auto error = take(it->first, name)) return *error;
+  }
+  return layer;
+}
+
 std::variant<Config, ConfigAnswer, ConfigError> judge(const Values& values) {
   Config config;
   Taker take(values);
@@ -216,10 +269,6 @@ std::variant<Config, ConfigAnswer, ConfigError> judge(const Values& values) {
   take.number<std::uint16_t>("request-port", 0, 65535, config.request_port);
   take.number<std::uint16_t>("data-port", 0, 65535, config.data_port);
   take.text("admin-socket", config.admin_socket);
-  std::vector<std::string_view> rules;
-  for (const auto& rule : scheduler::all_rules()) rules.push_back(rule.name);
-  take.one_of("rule", rules, config.rule);
-  take.number<std::size_t>("slots", 1, kMaxSlots, config.slots);
   take.number<std::size_t>("max-sessions", 1, kMaxSessions, config.max_sessions);
   take.number<std::size_t>("max-sessions-per-address", 1, kMaxSessions, config.max_sessions_per_address);
   take.seconds("hello-timeout", kMaxTime, config.hello_timeout);
@@ -243,7 +292,15 @@ std::string help_text() {
   text << "pmcd serves progressive meshes, packet by packet.\nUsage: pmcd [option...]\n\n"
        << file_options() << '\n'
        << command_options() << "\nRules:\n";
-  for (const auto& rule : scheduler::all_rules()) text << "  " << rule.name << "  " << rule.summary << '\n';
+  for (const auto& rule : scheduler::all_rules()) {
+    text << "  " << std::left << std::setw(6) << rule.name << rule.summary << '\n';
+    for (const auto& option : rule.options) {
+      std::string words;
+      for (const auto word : option.words) words += (words.empty() ? "" : "|") + std::string(word);
+      text << "          " << option.name << '=' << words << "  " << option.summary << " (" << option.words.front()
+           << ")\n";
+    }
+  }
   return text.str();
 }
 
@@ -272,8 +329,8 @@ std::variant<Config, ConfigAnswer, ConfigError> read_config(int argc, const char
       } else if (name == "config") {
         if (file) return ConfigError{"--config was given before"};
         file = option.value.at(0);
-      } else if (!values.try_emplace(name, Given{option.value.at(0), "--" + name}).second) {
-        return ConfigError{"--" + name + " was given before"};
+      } else if (auto error = add(name, option.value.at(0), "--" + name, values)) {
+        return *error;
       }
     }
   } catch (const po::too_many_positional_options_error&) {
@@ -288,9 +345,17 @@ std::variant<Config, ConfigAnswer, ConfigError> read_config(int argc, const char
     auto judged = judge(from_file);
     if (auto* error = std::get_if<ConfigError>(&judged)) return *error;
   }
+  auto line_policy = judge_policy(values);
+  if (auto* error = std::get_if<ConfigError>(&line_policy)) return *error;
+  auto file_policy = judge_policy(from_file);
+  if (auto* error = std::get_if<ConfigError>(&file_policy)) return *error;
   values.merge(from_file);
   auto judged = judge(values);
-  if (auto* config = std::get_if<Config>(&judged)) config->check_only = check_only;
+  if (auto* config = std::get_if<Config>(&judged)) {
+    config->check_only = check_only;
+    config->command_line_policy = std::get<scheduler::PolicyLayer>(std::move(line_policy));
+    config->file_policy = std::get<scheduler::PolicyLayer>(std::move(file_policy));
+  }
   return judged;
 }
 

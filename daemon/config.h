@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the daemon is told: options of the command line, the same names in a config file, and their checks. The command
-// line goes before the file, the file before the defaults. It opens nothing but the config file.
+// line goes before the file, the file before the defaults. The distribution policy of each is kept apart, because a
+// live change goes between them. It opens nothing but the config file.
 #pragma once
 
 #include <chrono>
@@ -10,6 +11,8 @@
 #include <string>
 #include <variant>
 
+#include "daemon/scheduler/policy.h"
+
 namespace pmcd {
 
 struct Config {
@@ -18,8 +21,8 @@ struct Config {
   std::uint16_t request_port = 7621;  ///< 0: any free one
   std::uint16_t data_port = 7622;     ///< 0: any free one
   std::string admin_socket = "/run/pmcd/admin.sock";
-  std::string rule = "fifo";
-  std::size_t slots = 1;
+  scheduler::PolicyLayer command_line_policy;
+  scheduler::PolicyLayer file_policy;
   std::size_t max_sessions = 9'000;
   std::size_t max_sessions_per_address = 256;
   std::chrono::milliseconds hello_timeout{10'000};
@@ -43,7 +46,6 @@ struct ConfigAnswer {
   std::string text;
 };
 
-inline constexpr std::size_t kMaxSlots = 1'024;
 inline constexpr std::size_t kMaxSessions = 1'000'000;
 inline constexpr std::uint64_t kMaxMinRate = 1'000'000'000;
 inline constexpr std::chrono::milliseconds kMinTime{1};

@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -158,15 +159,16 @@ int serve(const Config& config) {
   if (!writer) return kFailed;
   const auto reader = open_database(config.database);
   if (!reader) return kFailed;
-  net::Server server(io, *reader, *writer, scheduler::Scheduler(scheduler::make_rule(config.rule), config.slots),
-                     std::move(options));
+  const scheduler::Policy policy =
+      scheduler::resolve(std::array{config.command_line_policy, config.file_policy}).policy;
+  net::Server server(io, *reader, *writer, policy, std::move(options));
   bool in_order = false;
   net::asio::co_spawn(io, end_on_signal(signals, server, io, longest_end, in_order), net::asio::detached);
   if (const auto error = server.start()) {
     spdlog::critical("{}", *error);
     return kFailed;
   }
-  spdlog::info("pmcd {}: database {}, rule {}, {} slots", PMCD_VERSION, config.database, config.rule, config.slots);
+  spdlog::info("pmcd {}: database {}, rule {}", PMCD_VERSION, config.database, scheduler::text_of(policy));
   const std::string status = "READY=1\nSTATUS=serving on " + config.listen + ", request port " +
                              std::to_string(server.request_port()) + ", data port " +
                              std::to_string(server.data_port());

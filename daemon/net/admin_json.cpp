@@ -81,7 +81,7 @@ std::string status_json(const StatusReport& status) {
   return text_of({{"version", status.version},
                   {"protocol", std::to_string(proto::kVersionMajor) + "." + std::to_string(proto::kVersionMinor)},
                   {"rule", status.rule},
-                  {"slots", status.slots},
+                  {"slots", status.slots ? Json(*status.slots) : Json("auto")},
                   {"sessions", status.sessions},
                   {"session_limit", status.session_limit},
                   {"waiting", status.waiting},

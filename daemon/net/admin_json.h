@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,7 +21,7 @@ std::string removed_json(std::string_view name, std::uint64_t generation);
 struct StatusReport {
   std::string version;
   std::string rule;
-  std::uint64_t slots = 0;
+  std::optional<std::uint64_t> slots;  ///< none: as many as fill the uplink
   std::uint64_t sessions = 0;
   std::uint64_t session_limit = 0;
   std::uint64_t waiting = 0;

@@ -25,7 +25,8 @@ store::Result<CatalogMesh> catalog_mesh(store::Result<store::Mesh> found) {
   directory.box_max = mesh.summary.box_max;
   directory.levels = mesh.levels;
   proto::Bytes bytes = codec::serialize(directory);
-  return CatalogMesh{std::move(found).value(), std::move(bytes)};
+  auto profile = make_profile(mesh);
+  return CatalogMesh{std::move(found).value(), std::move(bytes), std::move(profile)};
 }
 
 store::Error mesh_gone() {

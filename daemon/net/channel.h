@@ -62,6 +62,8 @@ class Channel : public std::enable_shared_from_this<Channel> {
 
   /// Frames that wait to be written.
   [[nodiscard]] std::size_t queued_frames() const { return queue_.size(); }
+  /// Bytes that wait to be written.
+  [[nodiscard]] std::uint64_t unwritten() const { return queued_total_ - written_total_; }
   /// Bytes that were ever queued; what was queued last ends at this position of the stream.
   [[nodiscard]] std::uint64_t queued_position() const { return queued_total_; }
   /// The position up to which the peer's kernel has acknowledged. TCP only. One system call.

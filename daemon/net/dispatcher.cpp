@@ -21,18 +21,17 @@ using std::chrono::milliseconds;
 constexpr std::size_t kMostAbandoned = 16;
 constexpr Duration kFirstPoll = milliseconds(1);
 constexpr Duration kLongestPoll = milliseconds(20);
+/// Between two looks at how full the uplink is, while requests wait for it.
+constexpr Duration kUplinkPoll = milliseconds(50);
 
-scheduler::Time scheduler_time(Clock::time_point time) {
-  return std::chrono::duration_cast<scheduler::Time>(time.time_since_epoch());
-}
 scheduler::Time scheduler_now() {
   return scheduler_time(Clock::now());
 }
 
 }  // namespace
 
-Dispatcher::Dispatcher(scheduler::Scheduler scheduler, MeshSource& meshes, TaskGroup& tasks, const Limits& limits)
-    : scheduler_(std::move(scheduler)),
+Dispatcher::Dispatcher(scheduler::Policy policy, MeshSource& meshes, TaskGroup& tasks, const Limits& limits)
+    : scheduler_(std::move(policy)),
       meshes_(meshes),
       tasks_(tasks),
       limits_(limits),
@@ -48,7 +47,11 @@ Dispatcher::Key Dispatcher::enqueue(Transfer transfer, std::uint64_t size_bytes,
   request.size_bytes = size_bytes;
   request.offset_bytes = transfer.offset;
   request.asked_at = scheduler_time(asked_at);
-  scheduler_.enqueue(request);
+  if (transfer.of && transfer.of->profile) {
+    request.profile = transfer.of->profile;
+    request.rest_bytes = request.profile->bytes_behind(transfer.packet);
+  }
+  scheduler_.enqueue(request, scheduler_now());
   waiting_.emplace(request.key, std::move(transfer));
   pump_soon();
   return request.key;
@@ -64,8 +67,14 @@ void Dispatcher::cancel(Key key) {
   if (it == running_.end() || it->second.stage == Stage::sent) return;
   const Transfer transfer = it->second.transfer;
   it->second.cancelled = true;
-  it->second.next -= transfer.session->data().drop_tail(key);
-  if (it->second.stage == Stage::reading) {
+  const std::size_t dropped = transfer.session->data().drop_tail(key);
+  it->second.next -= dropped;
+  turn_of(transfer).line.taken_back(dropped);
+  if (it->second.stage == Stage::stopped) {
+    scheduler_.withdraw(key);
+    release(key);
+    transfer.session->requests().transfer_cancelled(transfer);
+  } else if (it->second.stage == Stage::reading) {
     abandon(it->second, key);
     release(key);
     transfer.session->requests().transfer_cancelled(transfer);
@@ -83,6 +92,7 @@ void Dispatcher::session_gone(scheduler::SessionKey session) {
     }
   }
   turns_.erase(session);
+  watched_.erase(session);
   idle_.notify();
   if (draining_) watch_.notify();
   pump_soon();
@@ -101,15 +111,16 @@ void Dispatcher::pump() {
   if (draining_) return;
   // A read that nobody waits for any more keeps its slot from others: else a client that asks and cancels in turns
   // would fill the store's queue with work for nobody.
-  while (abandoned_.size() < kMostAbandoned && scheduler_.running() + abandoned_.size() < scheduler_.slots()) {
-    const auto request = scheduler_.take(scheduler_now());
+  while (abandoned_.size() < kMostAbandoned) {
+    const auto request = scheduler_.take(scheduler_now(), abandoned_.size());
     if (!request) break;
     auto node = waiting_.extract(request->key);
-    Turn& turn = turns_[request->session];
+    Turn& turn = turn_of(node.mapped());
     if (turn.running.empty()) {
-      turn.pace.begin(node.mapped().session->data().last_acknowledged(), Clock::now());
+      turn.line.pace.begin(turn.channel->last_acknowledged(), Clock::now());
     }
     turn.running.push_back(request->key);
+    watched_.insert(request->session);
     Running running;
     running.next = node.mapped().offset;
     running.transfer = std::move(node.mapped());
@@ -117,9 +128,17 @@ void Dispatcher::pump() {
     guarded(request->key, [&] { start(request->key); });
   }
   hurry();
-  if (watching_ || running_.empty()) return;
+  if (watching_ || watched_.empty()) return;
   watching_ = true;
   tasks_.spawn("transfer watch", watch());
+}
+
+Dispatcher::Turn& Dispatcher::turn_of(const Transfer& transfer) {
+  const auto it = turns_.find(transfer.session->key());
+  if (it != turns_.end()) return it->second;
+  auto channel = transfer.session->data().shared_from_this();
+  DataLine line(*channel, limits_);
+  return turns_.emplace(transfer.session->key(), Turn{std::move(channel), std::move(line), {}}).first->second;
 }
 
 void Dispatcher::start(Key key) {
@@ -198,24 +217,57 @@ void Dispatcher::guarded(Key key, Step step) {
 void Dispatcher::feed(Key key) {
   Running& running = running_.at(key);
   const Transfer& transfer = running.transfer;
-  Channel& data = transfer.session->data();
+  Turn& turn = turn_of(transfer);
+  Channel& data = *turn.channel;
   const std::uint64_t total = transfer.bytes->size();
-  while (running.next < total && data.has_room()) {
-    const std::size_t size = std::min<std::size_t>(limits_.chunk_bytes, total - running.next);
+  const scheduler::Client* client = scheduler_.clients().find(transfer.session->key());
+  const std::size_t chunk = turn.line.chunk_bytes(client == nullptr ? std::nullopt : client->speed);
+  while (running.next < total && data.has_room() && data.unwritten() < chunk) {
+    if (!may_go_on(key)) return;
+    const std::size_t size = std::min<std::size_t>(chunk, total - running.next);
     const auto head = proto::encode_chunk_header({transfer.id, transfer.handle, transfer.packet, running.next, total},
                                                  static_cast<std::uint32_t>(size));
+    const bool begins = !running.begun && turn.channel->acknowledged_position() == turn.channel->queued_position();
     data.send(proto::Bytes(head.begin(), head.end()), transfer.bytes, running.next, size, key);
+    turn.line.queued(size);
     running.next += size;
+    if (!running.begun) scheduler_.turn_begins(key, scheduler_now());
+    running.begun = true;
+    if (begins) look(transfer.session->key(), turn, Clock::now());
   }
+  look_by(transfer.session->key(), turn, Clock::now() + kLongestPoll);
   if (running.next == total) end_sending(key);
+}
+
+bool Dispatcher::may_go_on(Key key) {
+  Running& running = running_.at(key);
+  // A mesh list is one short page. When the daemon ends, what runs is to come to its end.
+  if (!running.begun || running.transfer.list || draining_) return true;
+  if (!scheduler_.quantum_is_over(key, scheduler_now())) return true;
+  if (scheduler_.yield(key, running.next, scheduler_now())) return true;
+  running.transfer.bytes.reset();
+  running.stage = Stage::stopped;
+  if (turn_of(running.transfer).channel->unwritten() > 0) {
+    scheduler_.park(key);
+  } else {
+    wait_again(key);
+  }
+  pump_soon();
+  return false;
+}
+
+void Dispatcher::wait_again(Key key) {
+  auto node = running_.extract(key);
+  Transfer& transfer = node.mapped().transfer;
+  transfer.offset = node.mapped().next;
+  std::erase(turn_of(transfer).running, key);
+  scheduler_.unpark(key, scheduler_now());  // no effect when it was not parked
+  waiting_.emplace(key, std::move(transfer));
 }
 
 void Dispatcher::end_sending(Key key) {
   Running& running = running_.at(key);
   running.stage = Stage::sent;
-  // While nobody waits for the slot there is no hurry, and mostly the client's next request tells before.
-  running.pause = scheduler_.waiting() > 0 ? kFirstPoll : kLongestPoll;
-  running.poll_at = Clock::now() + running.pause;
   const Transfer transfer = running.transfer;
   if (running.cancelled) {
     transfer.session->requests().transfer_cancelled(transfer);
@@ -223,11 +275,22 @@ void Dispatcher::end_sending(Key key) {
     transfer.session->requests().transfer_complete(transfer);
   }
   // The session may have closed over its last frame, and then nothing of it runs any more.
-  if (const auto it = running_.find(key); it != running_.end()) {
-    it->second.transfer.bytes.reset();
-    it->second.end_position = transfer.session->data().queued_position();
-    if (watching_ && it->second.poll_at + kFirstPoll < watch_wakes_at_) watch_.notify();
-  }
+  const auto it = running_.find(key);
+  if (it == running_.end()) return;
+  Turn& turn = turn_of(transfer);
+  it->second.transfer.bytes.reset();
+  it->second.end_position = turn.channel->queued_position();
+  // While nobody waits for the slot there is no hurry, and mostly the client's next request tells before.
+  turn.line.pause = scheduler_.waiting() > 0 ? kFirstPoll : kLongestPoll;
+  look_by(transfer.session->key(), turn, Clock::now() + turn.line.pause);
+}
+
+void Dispatcher::look_by(scheduler::SessionKey session, Turn& turn, Clock::time_point when) {
+  watched_.insert(session);
+  const auto now = Clock::now();
+  if (turn.line.look_at > now && turn.line.look_at <= when) return;
+  turn.line.look_at = when;
+  if (watching_ && when + kFirstPoll < watch_wakes_at_) watch_.notify();
 }
 
 void Dispatcher::progress(scheduler::SessionKey session) {
@@ -236,32 +299,47 @@ void Dispatcher::progress(scheduler::SessionKey session) {
   // A copy: what follows may end any of them, or the session.
   for (const Key key : std::vector<Key>(turn->second.running)) {
     const auto it = running_.find(key);
-    if (it != running_.end() && it->second.stage == Stage::sending) guarded(key, [&] { feed(key); });
+    if (it == running_.end()) continue;
+    if (it->second.stage == Stage::sending) {
+      guarded(key, [&] { feed(key); });
+    } else if (it->second.stage == Stage::stopped && turn_of(it->second.transfer).channel->unwritten() == 0) {
+      wait_again(key);
+      pump_soon();
+    }
   }
 }
 
 void Dispatcher::heard(scheduler::SessionKey session) {
   const auto turn = turns_.find(session);
-  if (turn == turns_.end()) return;
-  std::optional<std::uint64_t> acknowledged;
-  for (const Key key : std::vector<Key>(turn->second.running)) {
-    const Running& running = running_.at(key);
-    if (running.stage != Stage::sent) continue;
-    if (!acknowledged) acknowledged = running.transfer.session->data().acknowledged_position();
-    if (*acknowledged >= running.end_position) settle(key, *acknowledged, Clock::now());
-  }
+  if (turn == turns_.end() || !watched_.contains(session)) return;
+  look(session, turn->second, Clock::now());
+  settle(session);
 }
 
-void Dispatcher::settle(Key key, std::uint64_t acknowledged, Clock::time_point now) {
-  Running& running = running_.at(key);
-  if (acknowledged < running.end_position) {
-    running.pause = std::min(running.pause * 2, kLongestPoll);
-    running.poll_at = now + running.pause;
-    return;
+void Dispatcher::look(scheduler::SessionKey session, Turn& turn, Clock::time_point now) {
+  const DataLine::News news = turn.line.look(now);
+  scheduler_.observe(session, news.sample, scheduler_time(now));
+  if (news.payload > 0) scheduler_.acknowledged(session, news.payload, scheduler_time(now));
+}
+
+bool Dispatcher::is_through(const Running& running, Turn& turn) const {
+  if (running.stage != Stage::sent) return false;
+  if (turn.channel->last_acknowledged() >= running.end_position) return true;
+  return scheduler_.frees_slot_when_written() && turn.line.sent();
+}
+
+void Dispatcher::settle(scheduler::SessionKey session) {
+  const auto turn = turns_.find(session);
+  if (turn == turns_.end()) return;
+  for (const Key key : std::vector<Key>(turn->second.running)) {
+    const Running& running = running_.at(key);
+    // A client that takes nothing comes to no chunk boundary by itself, but its turn ends all the same.
+    if (running.stage == Stage::sending) may_go_on(key);
+    if (!is_through(running, turn->second)) continue;
+    if (!running.cancelled) scheduler_.complete(key, scheduler_now());
+    release(key);
   }
-  scheduler_.progressed(key, running.next - running.transfer.offset, scheduler_time(now));
-  if (!running.cancelled) scheduler_.complete(key, scheduler_time(now));
-  release(key);
+  if (turn->second.running.empty() && !turn->second.line.owes()) watched_.erase(session);
 }
 
 void Dispatcher::release(Key key) {
@@ -276,13 +354,22 @@ void Dispatcher::release(Key key) {
   pump_soon();
 }
 
+void Dispatcher::switch_to(scheduler::Policy policy) {
+  scheduler_.switch_to(std::move(policy), scheduler_now());
+  pump_soon();
+}
+
+void Dispatcher::set_weight(scheduler::SessionKey session, double weight) {
+  scheduler_.set_weight(session, weight, scheduler_now());
+}
+
 awaitable<void> Dispatcher::watch() {
   const OnExit over([this] { watching_ = false; });
   const Duration tick = std::clamp<Duration>(limits_.stall / 8, milliseconds(5), milliseconds(250));
   Clock::time_point judge_at = Clock::now() + tick;
   // It outlasts a short pause between transfers, so that not each of them starts a watch of its own.
-  for (bool idle = false; !running_.empty() || !(idle || draining_);) {
-    idle = running_.empty();
+  for (bool idle = false; !watched_.empty() || !(idle || draining_);) {
+    idle = watched_.empty();
     watch_wakes_at_ = std::min(judge_at, poll(Clock::now()));
     co_await watch_.wait_until(watch_wakes_at_);
     const auto now = Clock::now();
@@ -293,37 +380,44 @@ awaitable<void> Dispatcher::watch() {
 }
 
 void Dispatcher::hurry() {
-  if (scheduler_.waiting() == 0 || scheduler_.running() < scheduler_.slots()) return;
+  if (scheduler_.waiting() == 0 || scheduler_.has_slot(scheduler_now(), abandoned_.size())) return;
   const auto soon = Clock::now() + kFirstPoll;
-  for (auto& [key, running] : running_) {
-    if (running.stage != Stage::sent || running.poll_at <= soon) continue;
-    running.pause = kFirstPoll;
-    running.poll_at = soon;
+  for (const auto& [key, running] : running_) {
+    if (running.stage != Stage::sent) continue;
+    Turn& turn = turn_of(running.transfer);
+    turn.line.pause = kFirstPoll;
+    look_by(running.transfer.session->key(), turn, soon);
   }
-  if (watching_ && watch_wakes_at_ > soon + kFirstPoll) watch_.notify();
 }
 
 Clock::time_point Dispatcher::poll(Clock::time_point now) {
-  std::vector<Key> due;
-  for (const auto& [key, running] : running_) {
-    if (running.stage == Stage::sent && running.poll_at <= now) due.push_back(key);
+  std::vector<scheduler::SessionKey> due;
+  for (const auto session : watched_) {
+    if (turns_.at(session).line.look_at <= now) due.push_back(session);
   }
-  for (const Key key : due) settle(key, running_.at(key).transfer.session->data().acknowledged_position(), now);
-  Clock::time_point next = Clock::time_point::max();
-  for (const auto& [key, running] : running_) {
-    if (running.stage == Stage::sent) next = std::min(next, running.poll_at);
+  for (const auto session : due) {
+    const auto turn = turns_.find(session);
+    if (turn == turns_.end()) continue;
+    turn->second.line.pause = std::min(turn->second.line.pause * 2 + kFirstPoll, kLongestPoll);
+    turn->second.line.look_at = now + turn->second.line.pause;
+    look(session, turn->second, now);
+    settle(session);
   }
+  const bool uplink_matters = scheduler_.waiting() > 0 && scheduler_.frees_slot_when_written();
+  if (uplink_matters) pump_soon();
+  Clock::time_point next = uplink_matters ? now + kUplinkPoll : Clock::time_point::max();
+  for (const auto session : watched_) next = std::min(next, turns_.at(session).line.look_at);
   return next;
 }
 
 void Dispatcher::judge(Clock::time_point now) {
   std::vector<std::pair<std::shared_ptr<Session>, Pace::Verdict>> dropped;
-  for (auto& [key, turn] : turns_) {
+  for (const auto key : watched_) {
+    Turn& turn = turns_.at(key);
     if (turn.running.empty()) continue;
     const auto& session = running_.at(turn.running.front()).transfer.session;
-    const std::uint64_t acknowledged = session->data().acknowledged_position();
-    const bool owes = acknowledged < session->data().queued_position();
-    const Pace::Verdict verdict = turn.pace.note(acknowledged, owes, now, limits_);
+    const std::uint64_t acknowledged = turn.channel->acknowledged_position();
+    const Pace::Verdict verdict = turn.line.pace.note(acknowledged, turn.line.owes(), now, limits_);
     if (verdict != Pace::Verdict::fine) dropped.emplace_back(session, verdict);
   }
   for (const auto& [session, verdict] : dropped) {

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Between sessions and scheduler: requests go in, and when the scheduler gives one a slot, its transfer runs here,
-// chunk by chunk, until the client's kernel has acknowledged its last byte. It knows no rule; the scheduler knows no
-// socket.
+// chunk by chunk, until its turn is over or the client's kernel has acknowledged its last byte. What the kernel says of
+// each client's channel goes to the scheduler. It knows no rule; the scheduler knows no socket.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <string_view>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
 #include "daemon/net/asio.h"
+#include "daemon/net/data_line.h"
 #include "daemon/net/limits.h"
 #include "daemon/net/mesh_source.h"
-#include "daemon/net/pace.h"
+#include "daemon/net/queue_view.h"
 #include "daemon/net/task_group.h"
 #include "daemon/net/transfer.h"
 #include "daemon/scheduler/scheduler.h"
@@ -28,7 +29,7 @@ class Dispatcher {
   using Key = scheduler::RequestKey;
 
   /// REQUIRES: `meshes`, `tasks` and `limits` outlive it.
-  Dispatcher(scheduler::Scheduler scheduler, MeshSource& meshes, TaskGroup& tasks, const Limits& limits);
+  Dispatcher(scheduler::Policy policy, MeshSource& meshes, TaskGroup& tasks, const Limits& limits);
   Dispatcher(const Dispatcher&) = delete;
   Dispatcher& operator=(const Dispatcher&) = delete;
 
@@ -44,6 +45,11 @@ class Dispatcher {
   void heard(scheduler::SessionKey session);
   /// The session is closed: its requests leave the queue and its slots are free.
   void session_gone(scheduler::SessionKey session);
+  /// From now on this policy decides: waiting requests are put in its order, running transfers go on until it
+  /// interrupts them. REQUIRES: as the scheduler's.
+  void switch_to(scheduler::Policy policy);
+  /// A session's share under rules that have shares, 1 at first. REQUIRES: more than 0.
+  void set_weight(scheduler::SessionKey session, double weight);
   /// No waiting request gets a slot any more; running transfers go on.
   void drain();
   /// Returns when nothing is running or `limit` is over: whether nothing is.
@@ -51,30 +57,37 @@ class Dispatcher {
 
   [[nodiscard]] std::size_t waiting() const { return scheduler_.waiting(); }
   [[nodiscard]] std::size_t running() const { return scheduler_.running(); }
-  [[nodiscard]] std::size_t slots() const { return scheduler_.slots(); }
-  [[nodiscard]] std::string_view rule() const { return scheduler_.rule_name(); }
+  [[nodiscard]] const scheduler::Policy& policy() const { return scheduler_.policy(); }
+  /// Bytes a second; 0: not known.
+  [[nodiscard]] double uplink() const { return scheduler_.uplink(); }
+  /// What runs and what waits, at most `most` of them: see QueueView.
+  [[nodiscard]] QueueView queue(std::size_t most) const;
+  /// What is known of a session as a client.
+  [[nodiscard]] ClientView client(scheduler::SessionKey session) const;
 
  private:
   enum class Stage : std::uint8_t {
     starting,
     reading,  ///< its packet comes from the store
     sending,  ///< chunks go into the channel as it has room
+    stopped,  ///< interrupted without a slot; waits again once the channel has taken what was queued
     sent,     ///< its end is queued; the slot is held until that is acknowledged
   };
   struct Running {
     Transfer transfer;
     Stage stage = Stage::starting;
     bool cancelled = false;
+    bool begun = false;              ///< a chunk of this turn is queued
     std::uint64_t next = 0;          ///< offset in the packet of the next byte to send
     std::uint64_t end_position = 0;  ///< of the channel's stream, once sent
-    Clock::time_point poll_at;       ///< when to look next whether it is acknowledged
-    Duration pause{0};
   };
-  /// What is remembered of a session that has had a turn.
+  /// A session that has had a turn.
   struct Turn {
+    std::shared_ptr<Channel> channel;
+    DataLine line;
     std::vector<Key> running;
-    Pace pace;
   };
+  using Turns = std::unordered_map<scheduler::SessionKey, Turn>;
 
   /// Gives free slots to waiting requests, at the end of this turn of the loop.
   void pump_soon();
@@ -89,20 +102,31 @@ class Dispatcher {
   template <typename Step>
   void guarded(Key key, Step step);
   void feed(Key key);
+  /// At a chunk boundary: whether the transfer may go on. If not, it waits again, or will once its channel is empty.
+  bool may_go_on(Key key);
+  /// A stopped transfer joins the queue.
+  void wait_again(Key key);
   /// The end of the transfer is queued behind its last chunk.
   void end_sending(Key key);
-  /// Frees the slot if the end is acknowledged; else looks again later.
-  void settle(Key key, std::uint64_t acknowledged, Clock::time_point now);
   /// The transfer is over and its slot free.
   void release(Key key);
-  /// Runs while anything is running: asks the kernel what was acknowledged, and closes sessions that do not take their
-  /// data.
+  Turn& turn_of(const Transfer& transfer);
+  /// Asks what the session's client has acknowledged, tells the scheduler, and ends or goes on with its transfers.
+  void look(scheduler::SessionKey session, Turn& turn, Clock::time_point now);
+  /// Those of the session's transfers that are through, or may wait again, as of this look.
+  void settle(scheduler::SessionKey session);
+  [[nodiscard]] bool is_through(const Running& running, Turn& turn) const;
+  /// The session is looked at no later than then.
+  void look_by(scheduler::SessionKey session, Turn& turn, Clock::time_point when);
+  /// Runs while anything is running or owed: asks the kernel what was acknowledged, and closes sessions that do not
+  /// take their data.
   awaitable<void> watch();
   /// Somebody waits and all slots are taken: asks sooner what was acknowledged.
   void hurry();
   /// Asks for all that are due; when the next is.
   Clock::time_point poll(Clock::time_point now);
   void judge(Clock::time_point now);
+  [[nodiscard]] RequestView view(const Transfer& transfer, const scheduler::Request& request) const;
 
   scheduler::Scheduler scheduler_;
   MeshSource& meshes_;
@@ -110,8 +134,9 @@ class Dispatcher {
   const Limits& limits_;
   std::unordered_map<Key, Transfer> waiting_;
   std::unordered_map<Key, Running> running_;
-  std::unordered_map<scheduler::SessionKey, Turn> turns_;
-  std::unordered_set<Key> abandoned_;  ///< transfers that are gone while the store reads for them
+  Turns turns_;
+  std::unordered_set<scheduler::SessionKey> watched_;  ///< sessions with something running or not acknowledged
+  std::unordered_set<Key> abandoned_;                  ///< transfers that are gone while the store reads for them
   Key next_key_ = 1;
   bool draining_ = false;
   bool pump_is_due_ = false;

@@ -31,7 +31,9 @@ struct Limits {
   std::chrono::milliseconds grace{600'000};  ///< for sessions with a mesh that was replaced or removed
 
   std::size_t cache_bytes = std::size_t{64} << 20;  ///< of packets that were sent lately, shared by all sessions
-  std::size_t chunk_bytes = 16 * 1024;
+  std::size_t least_chunk_bytes = 512;
+  std::size_t first_chunk_bytes = 4 * 1024;  ///< to a client whose speed is not known yet
+  std::size_t most_chunk_bytes = 64 * 1024;
   std::size_t queued_frames = 1'024;     ///< of short answers to a client that does not read them; then it is dropped
   std::size_t queued_bytes = 64 * 1024;  ///< of frames that wait for a socket; writers pause above it
 };

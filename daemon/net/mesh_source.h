@@ -9,6 +9,7 @@
 
 #include "daemon/net/asio.h"
 #include "daemon/net/shared_bytes.h"
+#include "daemon/scheduler/mesh_profile.h"
 #include "daemon/store/mesh_store.h"
 #include "proto/bytes.h"
 
@@ -18,9 +19,13 @@ namespace pmcd::net {
 /// removed, until the grace time is over.
 struct CatalogMesh {
   store::Mesh mesh;
-  proto::Bytes directory;  ///< as it travels
+  proto::Bytes directory;                                 ///< as it travels
+  std::shared_ptr<const scheduler::MeshProfile> profile;  ///< what its packets cost and bring
 };
 using SharedMesh = std::shared_ptr<const CatalogMesh>;
+
+/// Of a mesh as the store knows it; errors as the level directory has them.
+std::shared_ptr<const scheduler::MeshProfile> make_profile(const store::Mesh& mesh);
 
 class MeshSource {
  public:

@@ -39,12 +39,12 @@ std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
 
 }  // namespace
 
-Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer,
-               scheduler::Scheduler scheduler, ServerOptions options)
+Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Policy policy,
+               ServerOptions options)
     : options_(std::move(options)),
       tasks_(io.get_executor()),
       catalog_(tasks_, reader, writer, {options_.uploads, options_.limits.cache_bytes, options_.limits.grace}),
-      dispatcher_(std::move(scheduler), catalog_, tasks_, options_.limits),
+      dispatcher_(std::move(policy), catalog_, tasks_, options_.limits),
       answers_(tasks_, options_.limits),
       context_{catalog_, dispatcher_, tokens_, answers_, options_.limits, 0, "pmcd " + options_.version, false},
       admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
@@ -257,8 +257,8 @@ void Server::close_listeners() {
 StatusReport Server::status() const {
   StatusReport report;
   report.version = options_.version;
-  report.rule = std::string(dispatcher_.rule());
-  report.slots = dispatcher_.slots();
+  report.rule = dispatcher_.policy().rule;
+  report.slots = dispatcher_.policy().slots;
   report.sessions = sessions_.size();
   report.session_limit = options_.limits.sessions;
   report.cache = catalog_.cache_status();

@@ -40,7 +40,7 @@ class Server {
  public:
   /// REQUIRES: the io_context and the threads outlive the server, and once start() succeeded, drain() has ended before
   /// the server goes.
-  Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Scheduler scheduler,
+  Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Policy policy,
          ServerOptions options);
   ~Server();
   Server(const Server&) = delete;

@@ -155,6 +155,7 @@ void SessionRequests::advance(OpenMeshes::Handle handle) {
       transfer.packet = packet;
       transfer.offset = ask.offset;
       transfer.mesh = mesh.summary.id;
+      transfer.of = open.mesh;
       open.busy = dispatcher_.enqueue(std::move(transfer), mesh.levels[packet].bytes, ask.at);
       return;
     }

@@ -18,12 +18,28 @@ void set_option(int socket, int level, int option, int value) {
   static_cast<void>(::setsockopt(socket, level, option, &value, sizeof value));
 }
 
+std::uint64_t queue_bytes(int socket, unsigned long which) {
+  int bytes = 0;
+  if (::ioctl(socket, which, &bytes) != 0 || bytes < 0) return 0;
+  return static_cast<std::uint64_t>(bytes);
+}
+
+int fitting(std::size_t bytes) {
+  return static_cast<int>(std::min<std::size_t>(bytes, INT_MAX));
+}
+
 }  // namespace
 
 std::uint64_t unacknowledged_bytes(int socket) {
-  int bytes = 0;
-  if (::ioctl(socket, SIOCOUTQ, &bytes) != 0 || bytes < 0) return 0;
-  return static_cast<std::uint64_t>(bytes);
+  return queue_bytes(socket, SIOCOUTQ);
+}
+
+std::uint64_t unsent_bytes(int socket) {
+  return queue_bytes(socket, SIOCOUTQNSD);
+}
+
+void bound_unsent(int socket, std::size_t bytes) {
+  set_option(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, fitting(bytes));
 }
 
 std::optional<PeerIdentity> peer_identity(int socket) {
@@ -43,7 +59,7 @@ void tune_tcp(int socket) {
 }
 
 void bound_send_buffer(int socket, std::size_t bytes) {
-  set_option(socket, SOL_SOCKET, SO_SNDBUF, static_cast<int>(std::min<std::size_t>(bytes, INT_MAX)));
+  set_option(socket, SOL_SOCKET, SO_SNDBUF, fitting(bytes));
 }
 
 }  // namespace pmcd::net

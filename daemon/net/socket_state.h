@@ -13,6 +13,13 @@ namespace pmcd::net {
 /// Bytes written to a TCP socket that the peer has not acknowledged (SIOCOUTQ); 0 if the socket is no longer open.
 std::uint64_t unacknowledged_bytes(int socket);
 
+/// Bytes of them that the kernel has not sent yet (SIOCOUTQNSD).
+std::uint64_t unsent_bytes(int socket);
+
+/// The kernel takes no more once it holds so many unsent bytes (TCP_NOTSENT_LOWAT), so that what is written is soon on
+/// its way.
+void bound_unsent(int socket, std::size_t bytes);
+
 struct PeerIdentity {
   uid_t uid = 0;
   pid_t pid = 0;

@@ -21,6 +21,7 @@ struct Transfer {
   std::uint32_t packet = 0;
   std::uint64_t offset = 0;  ///< in the packet, of the first byte that is sent
   store::MeshId mesh = 0;
+  SharedMesh of;  ///< the same; null for a mesh list
   /// Of a mesh list, which has no handle: what is asked for. Its page is made when its turn comes, so that those who
   /// wait hold no memory.
   std::optional<proto::GetMeshList> list;

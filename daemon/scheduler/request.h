@@ -6,6 +6,7 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <memory>
 
 namespace pmcd::scheduler {
 
@@ -16,6 +17,8 @@ using RequestKey = std::uint64_t;  ///< given by whoever enqueues; unique and ne
 using SessionKey = std::uint64_t;
 using MeshKey = std::uint64_t;
 
+class MeshProfile;
+
 /// One request for one packet, waiting or running.
 struct Request {
   RequestKey key = 0;
@@ -23,9 +26,13 @@ struct Request {
   MeshKey mesh = 0;
   std::uint32_t packet = 0;
   std::uint64_t size_bytes = 0;    ///< stored size of the whole packet, also when only a part is still to be sent
-  std::uint64_t offset_bytes = 0;  ///< already sent; size_bytes - offset_bytes remain
-  Time asked_at{0};                ///< when the client asked; never changes
-  Time queued_at{0};               ///< when it joined the queue; set anew when it goes back
+  std::uint64_t offset_bytes = 0;  ///< already sent; remaining_bytes() remain
+  std::uint64_t rest_bytes = 0;    ///< of the packets of this mesh behind the requested one
+  std::shared_ptr<const MeshProfile> profile;  ///< what the mesh's packets bring; null: not known, or no mesh
+  Time asked_at{0};                            ///< when the client asked; never changes
+  Time queued_at{0};                           ///< when it joined the queue; set anew when it goes back
+
+  [[nodiscard]] std::uint64_t remaining_bytes() const { return size_bytes - offset_bytes; }
 };
 
 /// The order of requests that a rule holds equal: queued_at, then session, then key. Total, so every choice repeats.

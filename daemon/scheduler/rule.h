@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: MIT
 // The interface of a distribution rule: it is told what happens and answers who is next. A rule keeps its own order of
 // the waiting requests and changes the key of a request only at an event of that request's own client, so that a choice
-// costs O(log n). It touches no socket, no database and no clock, and never learns how many slots there are.
+// costs O(log n); a rule that needs more says so. It touches no socket, no database and no clock, and never learns how
+// many slots there are.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "daemon/scheduler/clients.h"
 #include "daemon/scheduler/request.h"
 
 namespace pmcd::scheduler {
@@ -17,6 +23,18 @@ enum class Outcome : std::uint8_t {
   complete,  ///< the whole packet is with the client
   failed,    ///< it will not be tried again
   requeued,  ///< interrupted; the rest waits again (enqueued() follows with the new queued_at)
+};
+
+/// What a rule may look at beside the request and its client, at an event. REQUIRES: outlives the rule.
+struct Surroundings {
+  const Clients& clients;
+  double uplink = 0;  ///< bytes a second, as set or measured; 0: not known
+};
+
+/// A waiting request and what the rule goes by, for people.
+struct Ranked {
+  RequestKey key = 0;
+  std::string reason;
 };
 
 class Rule {
@@ -29,19 +47,23 @@ class Rule {
   /// The name in the registry, for instance "fifo".
   [[nodiscard]] virtual std::string_view name() const = 0;
 
-  /// `request` waits from now on.
-  virtual void enqueued(const Request& request) = 0;
-  /// `request`, the same values as when it was enqueued, waits no longer: it was taken, or its session is gone.
+  /// `request` waits from now on; it stays where it is, with these values, until removed() has returned.
+  virtual void enqueued(const Request& request, const Client& client, Time now) = 0;
+  /// `request` waits no longer: it was taken, or its session is gone.
   virtual void removed(const Request& request) = 0;
   /// The waiting request that goes next; none if nothing waits. The same answer until the next event.
   [[nodiscard]] virtual std::optional<RequestKey> next() const = 0;
+  /// The waiting requests in the order in which they would go if nothing happened from now on, at most `most` of them.
+  [[nodiscard]] virtual std::vector<Ranked> ranking(std::size_t most, Time now) const = 0;
 
+  /// Speed, acknowledged bytes or weight of `client` have changed; `waiting` are all its waiting requests.
+  virtual void client_changed(const Client& /*client*/, std::span<const Request* const> /*waiting*/, Time /*now*/) {}
   /// `request` got a slot (removed() came before).
-  virtual void started(const Request& /*request*/, Time /*now*/) {}
-  /// The client acknowledged `bytes` more of the running `request`.
-  virtual void progressed(const Request& /*request*/, std::uint64_t /*bytes*/, Time /*now*/) {}
-  /// The running `request` gave its slot back.
-  virtual void finished(const Request& /*request*/, Outcome /*outcome*/, Time /*now*/) {}
+  virtual void started(const Request& /*request*/, const Client& /*client*/, Time /*now*/) {}
+  /// The running `request` gave its slot back; offset_bytes tells how far it has come. `waiting`: what of the same
+  /// session waits at this moment.
+  virtual void finished(const Request& /*request*/, const Client& /*client*/, Outcome /*outcome*/,
+                        std::span<const Request* const> /*waiting*/, Time /*now*/) {}
   /// Nothing will come from `session` any more; its requests were removed or finished before.
   virtual void session_gone(SessionKey /*session*/, Time /*now*/) {}
 };

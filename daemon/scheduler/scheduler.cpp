@@ -1,46 +1,141 @@
 // SPDX-License-Identifier: MIT
-// Bookkeeping of the request queue: who waits, who runs, what the rule has been told. It decides nothing itself.
+// Bookkeeping of the request queue: who waits, who runs, what the rule has been told. Which of those that wait goes
+// next is the rule's to say, or that of a request's age; how many may run, the policy's.
 #include "daemon/scheduler/scheduler.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace pmcd::scheduler {
+namespace {
 
-Scheduler::Scheduler(std::unique_ptr<Rule> rule, std::size_t slots) : rule_(std::move(rule)), slots_(slots) {}
+/// Of what the uplink carries, so much is payload that the speeds of clients show when it is full: headers, and the
+/// flutter of short measurements, are the rest.
+constexpr double kFull = 0.85;
+/// A measured uplink may be more than what was seen of it, and only trying tells.
+constexpr double kTry = 1.25;
+/// Transfers at a time as long as nothing is known of the uplink.
+constexpr std::size_t kSlotsBeforeMeasured = 4;
 
-bool Scheduler::enqueue(Request request) {
+}  // namespace
+
+Scheduler::Scheduler(Policy policy) : policy_(std::move(policy)) {
+  note_uplink();
+  rule_ = make_rule(policy_.rule, policy_.rule_options, surroundings_);
+}
+
+void Scheduler::note_uplink() {
+  surroundings_.uplink = policy_.uplink > 0 ? policy_.uplink : uplink_meter_.capacity().value_or(0);
+}
+
+bool Scheduler::enqueue(Request request, Time now) {
   request.queued_at = request.asked_at;
-  const auto [it, inserted] = requests_.try_emplace(request.key, Entry{request, false});
+  const auto [it, inserted] = requests_.try_emplace(request.key, Entry{std::move(request), State::waiting, Time{0}});
   if (!inserted) return false;
-  by_session_[request.session].push_back(request.key);
-  rule_->enqueued(it->second.request);
+  std::vector<RequestKey>& keys = by_session_[it->second.request.session];
+  keys.push_back(it->first);
+  if (keys.size() == 1) clients_.set_active(it->second.request.session, true);
+  join(it->second, now);
   return true;
+}
+
+void Scheduler::join(Entry& entry, Time now) {
+  entry.state = State::waiting;
+  ages_.insert(age_of(entry.request));
+  rule_->enqueued(entry.request, clients_.of(entry.request.session), now);
+}
+
+void Scheduler::leave(Entry& entry) {
+  ages_.erase(age_of(entry.request));
+  rule_->removed(entry.request);
+}
+
+void Scheduler::start(Entry& entry, Time now) {
+  leave(entry);
+  entry.state = State::running;
+  entry.turn_since = now;
+  running_.emplace(entry.request.key, &entry);
+  rule_->started(entry.request, clients_.of(entry.request.session), now);
+}
+
+void Scheduler::stop(Entry& entry, Outcome outcome, Time now) {
+  running_.erase(entry.request.key);
+  entry.state = State::parked;  // out of the rule's sight until it joins again, or for good
+  rule_->finished(entry.request, clients_.of(entry.request.session), outcome, waiting_of(entry.request.session), now);
 }
 
 bool Scheduler::withdraw(RequestKey key) {
   const auto it = requests_.find(key);
-  if (it == requests_.end() || it->second.running) return false;
-  rule_->removed(it->second.request);
+  if (it == requests_.end() || it->second.state == State::running) return false;
+  if (it->second.state == State::waiting) leave(it->second);
   forget(it);
   return true;
 }
 
-std::optional<Request> Scheduler::take(Time now) {
-  if (running_ >= slots_) return std::nullopt;
-  const std::optional<RequestKey> key = rule_->next();
+std::optional<RequestKey> Scheduler::next(Time now) const {
+  if (policy_.aging && !ages_.empty() && now - ages_.begin()->first > *policy_.aging) return ages_.begin()->second.key;
+  return rule_->next();
+}
+
+std::optional<Request> Scheduler::take(Time now, std::size_t taken_slots) {
+  if (!has_slot(now, taken_slots)) return std::nullopt;
+  const std::optional<RequestKey> key = next(now);
   if (!key) return std::nullopt;
   Entry& entry = requests_.at(*key);
-  rule_->removed(entry.request);
-  entry.running = true;
-  ++running_;
-  rule_->started(entry.request, now);
+  start(entry, now);
   return entry.request;
 }
 
-void Scheduler::progressed(RequestKey key, std::uint64_t bytes, Time now) {
-  const auto it = find_running(key);
-  if (it != requests_.end()) rule_->progressed(it->second.request, bytes, now);
+bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
+  const std::size_t taken = running_.size() + taken_slots;
+  if (policy_.slots) return taken < *policy_.slots;
+  if (taken == 0) return true;
+  if (taken >= kMaxSlots) return false;
+  if (surroundings_.uplink <= 0) return taken < kSlotsBeforeMeasured;
+  return load(now) < kFull * surroundings_.uplink * (policy_.uplink > 0 ? 1.0 : kTry);
+}
+
+double Scheduler::load(Time now) const {
+  double sum = 0;
+  for (const auto& [key, entry] : running_) {
+    const SessionKey session = entry->request.session;
+    // What a client can take is what it will take, unless its turn is old enough to show that it does not.
+    double expected = clients_.find(session)->speed.value_or(surroundings_.uplink);
+    if (now - entry->turn_since >= RecentRate::kSpan) {
+      expected = std::min(expected, clients_.taking(session, now));
+    }
+    sum += expected;
+  }
+  return sum;
+}
+
+void Scheduler::observe(SessionKey session, const SpeedSample& sample, Time now) {
+  if (clients_.observe(session, sample)) client_changed(session, now);
+}
+
+void Scheduler::acknowledged(SessionKey session, std::uint64_t payload_bytes, Time now) {
+  uplink_meter_.note(payload_bytes, now);
+  note_uplink();
+  if (clients_.acknowledged(session, payload_bytes)) client_changed(session, now);
+}
+
+void Scheduler::set_weight(SessionKey session, double weight, Time now) {
+  if (clients_.set_weight(session, weight)) client_changed(session, now);
+}
+
+std::vector<const Request*> Scheduler::waiting_of(SessionKey session) const {
+  std::vector<const Request*> waiting;
+  const auto keys = by_session_.find(session);
+  if (keys == by_session_.end()) return waiting;
+  for (const RequestKey key : keys->second) {
+    const Entry& entry = requests_.at(key);
+    if (entry.state == State::waiting) waiting.push_back(&entry.request);
+  }
+  return waiting;
+}
+
+void Scheduler::client_changed(SessionKey session, Time now) {
+  rule_->client_changed(*clients_.find(session), waiting_of(session), now);
 }
 
 bool Scheduler::complete(RequestKey key, Time now) {
@@ -53,55 +148,130 @@ bool Scheduler::fail(RequestKey key, Time now) {
 
 bool Scheduler::requeue(RequestKey key, std::uint64_t offset_bytes, Time now) {
   const auto it = find_running(key);
-  if (it == requests_.end()) return false;
+  if (it == requests_.end() || offset_bytes >= it->second.request.size_bytes) return false;
   Entry& entry = it->second;
-  if (offset_bytes >= entry.request.size_bytes) return false;
-  rule_->finished(entry.request, Outcome::requeued, now);
-  --running_;
-  entry.running = false;
   entry.request.offset_bytes = offset_bytes;
+  stop(entry, Outcome::requeued, now);
   entry.request.queued_at = now;
-  rule_->enqueued(entry.request);
+  join(entry, now);
   return true;
+}
+
+void Scheduler::turn_begins(RequestKey key, Time now) {
+  if (const auto it = find_running(key); it != requests_.end()) it->second.turn_since = now;
+}
+
+bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
+  const auto it = running_.find(key);
+  return it != running_.end() && policy_.quantum && !ages_.empty() && now - it->second->turn_since >= *policy_.quantum;
+}
+
+bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
+  if (!requeue(key, offset_bytes, now) || next(now) != key) return false;
+  start(requests_.at(key), now);
+  return true;
+}
+
+void Scheduler::park(RequestKey key) {
+  const auto it = requests_.find(key);
+  if (it == requests_.end() || it->second.state != State::waiting) return;
+  leave(it->second);
+  it->second.state = State::parked;
+}
+
+void Scheduler::unpark(RequestKey key, Time now) {
+  const auto it = requests_.find(key);
+  if (it != requests_.end() && it->second.state == State::parked) join(it->second, now);
 }
 
 std::vector<RequestKey> Scheduler::remove_session(SessionKey session, Time now) {
   std::vector<RequestKey> keys;
-  if (auto node = by_session_.extract(session); !node.empty()) keys = std::move(node.mapped());
+  if (const auto it = by_session_.find(session); it != by_session_.end()) keys = it->second;
   for (const RequestKey key : keys) {
     const auto it = requests_.find(key);
-    if (it->second.running) {
-      --running_;
-      rule_->finished(it->second.request, Outcome::failed, now);
-    } else {
-      rule_->removed(it->second.request);
-    }
-    requests_.erase(it);
+    if (it->second.state == State::waiting) leave(it->second);
+    if (it->second.state == State::running) stop(it->second, Outcome::failed, now);
+    forget(it);
   }
   rule_->session_gone(session, now);
+  clients_.forget(session);
   std::sort(keys.begin(), keys.end());
   return keys;
+}
+
+void Scheduler::switch_to(Policy policy, Time now) {
+  policy_ = std::move(policy);
+  note_uplink();
+  rule_ = make_rule(policy_.rule, policy_.rule_options, surroundings_);
+  // In the order in which they came, as the rule would have heard of them.
+  std::vector<const Entry*> entries;
+  for (const auto& [key, entry] : requests_) {
+    if (entry.state != State::parked) entries.push_back(&entry);
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const Entry* a, const Entry* b) { return QueueOrder::of(a->request) < QueueOrder::of(b->request); });
+  for (const Entry* entry : entries) {
+    const Client& client = clients_.of(entry->request.session);
+    rule_->enqueued(entry->request, client, now);
+    if (entry->state != State::running) continue;
+    rule_->removed(entry->request);
+    rule_->started(entry->request, client, now);
+  }
+}
+
+std::vector<Ranked> Scheduler::ranking(std::size_t most, Time now) const {
+  if (!policy_.aging || ages_.empty() || now - ages_.begin()->first <= *policy_.aging) {
+    return rule_->ranking(most, now);
+  }
+  std::vector<Ranked> ranked;
+  std::set<RequestKey> aged;
+  for (const auto& [asked_at, order] : ages_) {
+    if (now - asked_at <= *policy_.aging) break;
+    aged.insert(order.key);
+    if (ranked.size() < most) ranked.push_back({order.key, "older than the policy's aging"});
+  }
+  for (Ranked& one : rule_->ranking(ages_.size(), now)) {
+    if (ranked.size() >= most) break;
+    if (!aged.contains(one.key)) ranked.push_back(std::move(one));
+  }
+  return ranked;
+}
+
+const Request* Scheduler::find(RequestKey key) const {
+  const auto it = requests_.find(key);
+  return it == requests_.end() ? nullptr : &it->second.request;
+}
+
+std::pair<std::size_t, std::size_t> Scheduler::counts(SessionKey session) const {
+  const auto keys = by_session_.find(session);
+  if (keys == by_session_.end()) return {0, 0};
+  const auto running = static_cast<std::size_t>(
+      std::count_if(keys->second.begin(), keys->second.end(), [this](RequestKey key) { return is_running(key); }));
+  return {keys->second.size() - running, running};
 }
 
 bool Scheduler::finish(RequestKey key, Outcome outcome, Time now) {
   const auto it = find_running(key);
   if (it == requests_.end()) return false;
-  rule_->finished(it->second.request, outcome, now);
-  --running_;
+  if (outcome == Outcome::complete) it->second.request.offset_bytes = it->second.request.size_bytes;
+  stop(it->second, outcome, now);
   forget(it);
   return true;
 }
 
 Scheduler::Entries::iterator Scheduler::find_running(RequestKey key) {
   const auto it = requests_.find(key);
-  return it != requests_.end() && it->second.running ? it : requests_.end();
+  return it != requests_.end() && it->second.state == State::running ? it : requests_.end();
 }
 
 void Scheduler::forget(Entries::iterator it) {
-  const auto session = by_session_.find(it->second.request.session);
-  std::erase(session->second, it->first);
-  if (session->second.empty()) by_session_.erase(session);
+  const SessionKey session = it->second.request.session;
+  std::vector<RequestKey>& keys = by_session_.at(session);
+  std::erase(keys, it->first);
   requests_.erase(it);
+  if (!keys.empty()) return;
+  by_session_.erase(session);
+  clients_.set_active(session, false);
 }
 
 }  // namespace pmcd::scheduler

@@ -1,40 +1,53 @@
 // SPDX-License-Identifier: MIT
-// The one request queue of the daemon: requests wait here, the active rule says which goes next, and at most N of them
-// hold a slot at a time. Pure bookkeeping: no socket, no database, no thread, no clock (the time is passed in, and the
-// simulator links this very code). Used by one thread at a time. It moves no bytes: whoever takes a request sends it.
+// The one request queue of the daemon: requests wait here, the active rule says which goes next, and as many as the
+// policy allows hold a slot at a time. Pure bookkeeping: no socket, no database, no thread, no clock (the time is
+// passed in, and the simulator links this very code). Used by one thread at a time. It moves no bytes: whoever takes a
+// request sends it.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "daemon/scheduler/clients.h"
+#include "daemon/scheduler/policy.h"
 #include "daemon/scheduler/request.h"
 #include "daemon/scheduler/rule.h"
+#include "daemon/scheduler/uplink_meter.h"
 
 namespace pmcd::scheduler {
 
+/// REQUIRES of all functions with a `now`: it never falls.
 class Scheduler {
  public:
-  /// REQUIRES: rule not null, slots >= 1.
-  Scheduler(std::unique_ptr<Rule> rule, std::size_t slots);
+  /// REQUIRES: the policy's rule exists and has these options.
+  explicit Scheduler(Policy policy);
+  Scheduler(Scheduler&&) = delete;
 
   /// `request` joins the queue with the asked_at that the caller set; queued_at becomes the same. False, and nothing
-  /// happens, if the key is already waiting or running. [O(log n)]
-  bool enqueue(Request request);
+  /// happens, if the key is already known. [O(log n)]
+  bool enqueue(Request request, Time now);
 
-  /// A waiting request leaves the queue. False if it does not wait (unknown, or already running). [O(log n)]
+  /// A waiting or parked request leaves. False if it is neither (unknown, or running). [O(log n)]
   bool withdraw(RequestKey key);
 
-  /// The request that the rule puts next, which now holds a slot; none if all slots are taken or nothing waits.
-  /// [O(log n)]
-  std::optional<Request> take(Time now);
+  /// The request that goes next, which now holds a slot; none if all slots are taken or nothing waits. `taken_slots`:
+  /// slots that the caller holds for other things. [O(log n); with slots=auto O(running) too]
+  std::optional<Request> take(Time now, std::size_t taken_slots = 0);
 
-  /// The client acknowledged `bytes` more of a running request. No effect if it does not run.
-  void progressed(RequestKey key, std::uint64_t bytes, Time now);
+  /// What is known of a client's data channel now: how fast it takes what it is sent. [O(log n)]
+  void observe(SessionKey session, const SpeedSample& sample, Time now);
+  /// The client has acknowledged so many payload bytes more. [O(k log n) for k waiting requests of that client]
+  void acknowledged(SessionKey session, std::uint64_t payload_bytes, Time now);
+  /// The operator gives a client another share. REQUIRES: weight > 0.
+  void set_weight(SessionKey session, double weight, Time now);
 
   /// A running request ends for good and its slot is free. False if it does not run. [O(log n)]
   bool complete(RequestKey key, Time now);
@@ -44,30 +57,83 @@ class Scheduler {
   /// `now`. False if it does not run, or if nothing would remain. [O(log n)]
   bool requeue(RequestKey key, std::uint64_t offset_bytes, Time now);
 
+  /// The first chunk of a running request's turn leaves now: its quantum counts from here.
+  void turn_begins(RequestKey key, Time now);
+  /// Whether the turn of a running request is over: it has lasted for the quantum and others wait.
+  [[nodiscard]] bool quantum_is_over(RequestKey key, Time now) const;
+  /// At a chunk boundary, when quantum_is_over(): the request goes back to the queue with what remains from
+  /// `offset_bytes` on. If it is the next again, it holds its slot for another turn, and the answer is true; else it
+  /// waits. REQUIRES: it runs and something remains. [O(log n)]
+  bool yield(RequestKey key, std::uint64_t offset_bytes, Time now);
+  /// A waiting request is out of the rule's sight until unpark(): its client cannot take anything now. No effect on
+  /// others. [O(log n)]
+  void park(RequestKey key);
+  void unpark(RequestKey key, Time now);
+
   /// Everything of `session` leaves: its waiting requests are withdrawn, its running ones fail and free their slots.
   /// Returns the keys of all of them, ascending. [O(k log n) for k requests of that session]
   std::vector<RequestKey> remove_session(SessionKey session, Time now);
 
-  [[nodiscard]] std::size_t waiting() const { return requests_.size() - running_; }
-  [[nodiscard]] std::size_t running() const { return running_; }
-  [[nodiscard]] std::size_t slots() const { return slots_; }
-  [[nodiscard]] std::string_view rule_name() const { return rule_->name(); }
+  /// From now on this policy decides. Requests that wait are re-ordered, those that run go on; none is lost.
+  /// REQUIRES: as the constructor. [O(n log n)]
+  void switch_to(Policy policy, Time now);
+
+  [[nodiscard]] std::size_t waiting() const { return requests_.size() - running_.size(); }
+  [[nodiscard]] std::size_t running() const { return running_.size(); }
+  /// Whether another request could start beside `running()` and `taken_slots` others.
+  [[nodiscard]] bool has_slot(Time now, std::size_t taken_slots = 0) const;
+  /// Whether a slot is free once all is written, or only once all of it is acknowledged: where the uplink is to be kept
+  /// full, the round trip of the last byte belongs to the next transfer already.
+  [[nodiscard]] bool frees_slot_when_written() const { return !policy_.slots; }
+  [[nodiscard]] const Policy& policy() const { return policy_; }
+  /// Bytes a second, as the policy says or as measured; 0: not known.
+  [[nodiscard]] double uplink() const { return surroundings_.uplink; }
+  [[nodiscard]] const Clients& clients() const { return clients_; }
+  /// Waiting requests in the order in which they would go now, with the reason of each, at most `most`; those that are
+  /// older than the policy's aging come first. [O(n)]
+  [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time now) const;
+  /// nullptr if it is neither waiting nor running. Valid until the next change.
+  [[nodiscard]] const Request* find(RequestKey key) const;
+  [[nodiscard]] bool is_running(RequestKey key) const { return running_.contains(key); }
+  /// How many requests of a session wait, and how many run.
+  [[nodiscard]] std::pair<std::size_t, std::size_t> counts(SessionKey session) const;
 
  private:
+  enum class State : std::uint8_t { waiting, parked, running };
   struct Entry {
     Request request;
-    bool running = false;
+    State state = State::waiting;
+    Time turn_since{0};  ///< of a running one
   };
   using Entries = std::unordered_map<RequestKey, Entry>;
+  /// Oldest first.
+  using Age = std::pair<Time, QueueOrder>;
 
+  static Age age_of(const Request& request) { return {request.asked_at, QueueOrder::of(request)}; }
+  /// The waiting request that goes next: an aged one, or the rule's.
+  [[nodiscard]] std::optional<RequestKey> next(Time now) const;
+  void join(Entry& entry, Time now);
+  void leave(Entry& entry);
+  void start(Entry& entry, Time now);
+  /// A running request gives its slot back, and the rule hears how.
+  void stop(Entry& entry, Outcome outcome, Time now);
   bool finish(RequestKey key, Outcome outcome, Time now);
   Entries::iterator find_running(RequestKey key);
   void forget(Entries::iterator it);
+  void client_changed(SessionKey session, Time now);
+  [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
+  /// What the running transfers take of the uplink, or are about to.
+  [[nodiscard]] double load(Time now) const;
+  void note_uplink();
 
+  Policy policy_;
+  Clients clients_;
+  Surroundings surroundings_{clients_, 0};
+  UplinkMeter uplink_meter_;
   std::unique_ptr<Rule> rule_;
-  std::size_t slots_;
-  std::size_t running_ = 0;
   Entries requests_;
+  std::set<Age> ages_;  ///< of the waiting ones
+  std::unordered_map<RequestKey, const Entry*> running_;
   /// The requests of a session, waiting or running: a handful each, because the network bounds what a session may open.
   std::unordered_map<SessionKey, std::vector<RequestKey>> by_session_;
 };

@@ -54,8 +54,8 @@ TEST(Config, Defaults) {
   EXPECT_EQ(config.request_port, 7621);
   EXPECT_EQ(config.data_port, 7622);
   EXPECT_EQ(config.admin_socket, "/run/pmcd/admin.sock");
-  EXPECT_EQ(config.rule, "fifo");
-  EXPECT_EQ(config.slots, 1U);
+  EXPECT_EQ(config.command_line_policy, scheduler::PolicyLayer{});
+  EXPECT_EQ(config.file_policy, scheduler::PolicyLayer{});
   EXPECT_EQ(config.max_sessions, 9'000U);
   EXPECT_EQ(config.max_sessions_per_address, 256U);
   EXPECT_EQ(config.hello_timeout, 10s);
@@ -70,15 +70,37 @@ TEST(Config, Defaults) {
 }
 
 TEST(Config, EveryOption) {
-  const Config config =
-      config_of({"--database", "/d", "--listen=::1", "--request-port", "0", "--data-port=65535", "--admin-socket", "/s",
-                 "--rule", "fifo", "--slots", "7", "--log-level", "debug", "--check-config"});
+  const Config config = config_of({"--database",
+                                   "/d",
+                                   "--listen=::1",
+                                   "--request-port",
+                                   "0",
+                                   "--data-port=65535",
+                                   "--admin-socket",
+                                   "/s",
+                                   "--rule",
+                                   "fcsf",
+                                   "--slots",
+                                   "7",
+                                   "--quantum",
+                                   "500",
+                                   "--aging",
+                                   "60",
+                                   "--uplink",
+                                   "256",
+                                   "--rule-option",
+                                   "burst=2",
+                                   "--log-level",
+                                   "debug",
+                                   "--check-config"});
   EXPECT_EQ(config.database, "/d");
   EXPECT_EQ(config.listen, "::1");
   EXPECT_EQ(config.request_port, 0);
   EXPECT_EQ(config.data_port, 65535);
   EXPECT_EQ(config.admin_socket, "/s");
-  EXPECT_EQ(config.slots, 7U);
+  EXPECT_EQ(config.command_line_policy,
+            (scheduler::PolicyLayer{
+                "fcsf", {{"aging", "60"}, {"burst", "2"}, {"quantum", "500"}, {"slots", "7"}, {"uplink", "256"}}}));
   EXPECT_EQ(config.log_level, "debug");
   EXPECT_TRUE(config.check_only);
 }
@@ -163,11 +185,22 @@ TEST(Config, HelpAndVersion) {
 }
 
 TEST(Config, ComplaintsNameTheOption) {
-  EXPECT_EQ(complaint({"--slots", "0"}), "--slots: \"0\" must be a number from 1 to 1024");
-  EXPECT_EQ(complaint({"--slots", "3x"}), "--slots: \"3x\" must be a number from 1 to 1024");
+  EXPECT_EQ(complaint({"--slots", "0"}), "--slots: \"0\" is not 1 to 1024, or auto");
+  EXPECT_EQ(complaint({"--slots", "3x"}), "--slots: \"3x\" is not 1 to 1024, or auto");
   EXPECT_EQ(complaint({"--request-port", "65536"}), "--request-port: \"65536\" must be a number from 0 to 65535");
   EXPECT_EQ(complaint({"--data-port=-1"}), "--data-port: \"-1\" must be a number from 0 to 65535");
-  EXPECT_EQ(complaint({"--rule", "lottery"}), "--rule: \"lottery\" must be one of: fifo");
+  EXPECT_EQ(complaint({"--rule", "lottery"}),
+            "--rule: \"lottery\" is none of: fifo, lcfs, spf, fcsf, srpt, fsp, gain, fair");
+  EXPECT_EQ(complaint({"--rule-option", "burst=2"}),
+            "--rule-option: is one of rule fcsf, and no rule is given with it");
+  EXPECT_EQ(complaint({"--rule", "spf", "--rule-option", "burst=2"}),
+            "--rule-option: is one of rule fcsf, not of rule spf");
+  EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst=3"}), "--rule-option: \"3\" is none of: 1, 2");
+  EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst"}), "--rule-option: \"burst\" must be NAME=VALUE");
+  EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst=2", "--rule-option", "burst=1"}),
+            "--rule-option burst was given before");
+  EXPECT_EQ(complaint({"--rule-option", "slots=2"}), "--rule-option: slots is an option of its own");
+  EXPECT_EQ(complaint({"--quantum", "-1"}), "--quantum: \"-1\" is not milliseconds, 0 to 600000");
   EXPECT_EQ(complaint({"--log-level", "loud"}),
             "--log-level: \"loud\" must be one of: trace, debug, info, warn, error, critical, off");
   EXPECT_EQ(complaint({"--listen", "localhost"}), "--listen: \"localhost\" must be an IPv4 or IPv6 address in numbers");
@@ -187,7 +220,8 @@ TEST_F(ConfigFileTest, TheSameNamesAndTheCommandLineGoesFirst) {
       file("# where the meshes are\ndatabase = /file.db\n\nslots=3\nlog-level = warn  # quiet\r\nrequest-port = 0\n");
   const Config config = config_of({"--slots", "5", "--config", path});
   EXPECT_EQ(config.database, "/file.db");
-  EXPECT_EQ(config.slots, 5U);
+  EXPECT_EQ(config.command_line_policy.options.at("slots"), "5");
+  EXPECT_EQ(config.file_policy.options.at("slots"), "3");
   EXPECT_EQ(config.log_level, "warn");
   EXPECT_EQ(config.request_port, 0);
 }
@@ -199,13 +233,14 @@ TEST_F(ConfigFileTest, ComplaintsNameFileAndLine) {
     if (text.rfind(path, 0) == 0) text.replace(0, path.size(), "FILE");
     return text;
   };
-  EXPECT_EQ(complain("\nslots = 0\n"), "FILE:2: slots: \"0\" must be a number from 1 to 1024");
+  EXPECT_EQ(complain("\nslots = 0\n"), "FILE:2: slots: \"0\" is not 1 to 1024, or auto");
   EXPECT_EQ(complain("slots = 1\nslot = 1\n"), "FILE:2: slot is no option of the config file");
   EXPECT_EQ(complain("# x\n\nwhat is this\n"), "FILE:3: expected \"name = value\", got \"what is this\"");
   EXPECT_EQ(complain("slots = 1\nrule = fifo\nslots = 2\n"), "FILE:3: slots was given before");
   EXPECT_EQ(complain("config = other\n"), "FILE:1: config is no option of the config file");
   EXPECT_EQ(complain("database =\n"), "FILE:1: database: \"\" must not be empty");
-  EXPECT_EQ(complain("[section]\nslots = 1\nrule = none\n"), "FILE:3: rule: \"none\" must be one of: fifo");
+  EXPECT_EQ(complain("[section]\nslots = 1\nrule = none\n"),
+            "FILE:3: rule: \"none\" is none of: fifo, lcfs, spf, fcsf, srpt, fsp, gain, fair");
 }
 
 TEST_F(ConfigFileTest, LimitsToo) {
@@ -229,8 +264,7 @@ TEST_F(ConfigFileTest, LimitsToo) {
 
 TEST_F(ConfigFileTest, FaultsAreSaidEvenIfTheCommandLineOverridesThem) {
   const std::string path = file("slots = many\n");
-  EXPECT_EQ(complaint({"--slots", "2", "--config", path}),
-            path + ":1: slots: \"many\" must be a number from 1 to 1024");
+  EXPECT_EQ(complaint({"--slots", "2", "--config", path}), path + ":1: slots: \"many\" is not 1 to 1024, or auto");
 }
 
 }  // namespace

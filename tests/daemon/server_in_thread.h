@@ -7,10 +7,11 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "daemon/net/asio.h"
 #include "daemon/net/server.h"
-#include "daemon/scheduler/registry.h"
+#include "daemon/scheduler/policy.h"
 #include "daemon/store/store_thread.h"
 #include "tests/store/fake_mesh.h"
 //
@@ -20,7 +21,9 @@ namespace pmcd::test {
 
 class ServerInThread {
  public:
-  explicit ServerInThread(net::Limits limits = {}, std::size_t slots = 1, store::UploadLimits uploads = {}) {
+  explicit ServerInThread(net::Limits limits = {}, std::size_t slots = 1, store::UploadLimits uploads = {})
+      : ServerInThread(limits, fifo(slots), uploads) {}
+  ServerInThread(net::Limits limits, scheduler::Policy policy, store::UploadLimits uploads = {}) {
     writer_ = store::StoreThread::start(database()).value();
     reader_ = store::StoreThread::start(database()).value();
     net::ServerOptions options;
@@ -31,7 +34,7 @@ class ServerInThread {
     options.limits = limits;
     options.uploads = uploads;
     server_ = std::make_unique<net::Server>(io_, *reader_, *writer_,
-                                            scheduler::Scheduler(scheduler::make_rule("fifo"), slots), options);
+                                            std::move(policy), options);
     const auto error = server_->start();
     EXPECT_FALSE(error) << *error;
     request_port_ = server_->request_port();
@@ -41,6 +44,12 @@ class ServerInThread {
   ServerInThread(const ServerInThread&) = delete;
   ServerInThread& operator=(const ServerInThread&) = delete;
   ~ServerInThread() { EXPECT_TRUE(drain()) << "something in the server did not end"; }
+
+  static scheduler::Policy fifo(std::size_t slots) {
+    scheduler::Policy policy;
+    policy.slots = slots;
+    return policy;
+  }
 
   /// Ends the server as SIGTERM does; whether everything in it ended.
   bool drain() {

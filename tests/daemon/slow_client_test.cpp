@@ -85,7 +85,7 @@ TEST(SlowClient, ThatStopsReadingLosesItsSlotAndLeavesNothingBehind) {
   stalled.open_mesh(1, "big");
   ASSERT_TRUE(stalled.data.stirs(kPatience));
   const std::uint16_t stalled_port = port_of(stalled.data.fd());
-  EXPECT_TRUE(comes_true([&] { return kernel_holds(server.data_port(), stalled_port) > 100'000; }));
+  EXPECT_TRUE(comes_true([&] { return kernel_holds(server.data_port(), stalled_port) > 1'000; }));
   auto next = RawSession::open(server.request_port());
   const auto asked = Clock::now();
   next.open_mesh(1, "small");
@@ -104,7 +104,7 @@ TEST(SlowClient, ThatStopsReadingLosesItsSlotAndLeavesNothingBehind) {
   EXPECT_EQ(end_of(stalled.data), ECONNRESET);
 }
 
-TEST(SlowClient, WhoseSessionEndsLeavesNothingBehindEither) {
+TEST(SlowClient, WhoseSessionEndsLeavesLittleBehind) {
   net::Limits limits;
   limits.linger = milliseconds(200);
   ServerInThread server(limits, 1);
@@ -112,10 +112,12 @@ TEST(SlowClient, WhoseSessionEndsLeavesNothingBehindEither) {
   auto lost = RawSession::open(server.request_port(), 4096);
   lost.open_mesh(1, "big");
   const std::uint16_t port = port_of(lost.data.fd());
-  EXPECT_TRUE(comes_true([&] { return kernel_holds(server.data_port(), port) > 100'000; }));
+  EXPECT_TRUE(comes_true([&] { return kernel_holds(server.data_port(), port) > 1'000; }));
   lost.requests.close();
+  // What was on its way may still arrive, and is no more than the kernel was given.
+  EXPECT_LT(kernel_holds(server.data_port(), port), 4 * limits.first_chunk_bytes);
+  EXPECT_EQ(end_of(lost.data), 0);
   EXPECT_TRUE(comes_true([&] { return kernel_holds(server.data_port(), port) == 0; }));
-  EXPECT_EQ(end_of(lost.data), ECONNRESET);
 }
 
 TEST(SlowClient, AByteATimeIsTooLittleAndTheOthersAreUnharmed) {

@@ -73,7 +73,7 @@ class Play {
     static constexpr std::array<std::size_t, 4> kQueued{300, 1'024, 4'096, 8'192};
     RigOptions options;
     const std::uint8_t sizes = script.u8();
-    options.slots = 1 + sizes % 3;
+    options.policy.slots = 1 + sizes % 3;
     options.chunk_bytes = kChunks[(sizes >> 2) % 4];
     options.queued_bytes = kQueued[(sizes >> 4) % 4];
     options.socket_buffer = (sizes & 0xc0) == 0 ? 65'536 : 4'608;

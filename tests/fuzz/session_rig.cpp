@@ -25,7 +25,7 @@ net::Limits patient_limits(const RigOptions& options) {
     *time = std::chrono::hours(1);
   }
   limits.min_rate = 0;
-  limits.chunk_bytes = options.chunk_bytes;
+  limits.least_chunk_bytes = limits.first_chunk_bytes = limits.most_chunk_bytes = options.chunk_bytes;
   limits.queued_bytes = options.queued_bytes;
   limits.queued_frames = 200;
   return limits;
@@ -75,7 +75,7 @@ SessionRig::SessionRig(const RigOptions& options)
       socket_buffer_(options.socket_buffer),
       tasks_(io_.get_executor()),
       source_(io_.get_executor()),
-      dispatcher_(scheduler::Scheduler(scheduler::make_rule("fifo"), options.slots), source_, tasks_, limits_),
+      dispatcher_(options.policy, source_, tasks_, limits_),
       answers_(tasks_, limits_),
       context_{source_, dispatcher_, tokens_, answers_, limits_, 1, "fuzzed", false} {}
 
@@ -214,7 +214,7 @@ bool SessionRig::turn(std::size_t most) {
 }
 
 void SessionRig::check_daemon() {
-  check(dispatcher_.running() <= dispatcher_.slots(), "more transfers run than there are slots");
+  check(dispatcher_.running() <= dispatcher_.policy().slots.value_or(scheduler::kMaxSlots), "more transfers run than there are slots");
   for (const auto& client : clients_) {
     const auto session = client->session.lock();
     const auto request = client->request_channel.lock();

@@ -49,7 +49,7 @@ class Line {
 };
 
 struct RigOptions {
-  std::size_t slots = 1;
+  scheduler::Policy policy;
   std::size_t chunk_bytes = 256;
   std::size_t queued_bytes = 1'024;
   int socket_buffer = 4'608;  ///< of the server's sockets

@@ -192,7 +192,7 @@ class Installed(unittest.TestCase):
         config.write_text(good + "slots = none\n", encoding="utf-8")
         self.assertNotEqual(self.machine.run("systemctl", "restart", "pmcd").returncode, 0)
         self.wait_for_property("ActiveState", "failed")
-        self.assertIn(f'{CONFIG}:{line}: slots: "none" must be a number', self.journal())
+        self.assertIn(f'{CONFIG}:{line}: slots: "none" is not 1 to 1024, or auto', self.journal())
         self.assertIn("status=2", self.show("ExecStartPre"), "it was the check that failed, not the start")
         config.write_text(good, encoding="utf-8")
         self.run_ok("systemctl", "reset-failed", "pmcd")

@@ -36,8 +36,9 @@ _ROOMS = [
     Room("codec/import", own=("codec/",), foreign=("",), may_use_cgal=True),
     Room("codec", own=("codec/",), not_own=("codec/import/",)),
     Room("proto", own=("proto/",)),
-    Room("daemon/scheduler/rules", own=("daemon/scheduler/rules/", "daemon/scheduler/rule.h",
-                                        "daemon/scheduler/request.h")),
+    # Rules know requests and clients, but neither the queue nor the policy that chose them.
+    Room("daemon/scheduler/rules", own=("daemon/scheduler/rules/", *("daemon/scheduler/" + name for name in (
+        "rule.h", "keyed_rule.h", "request.h", "clients.h", "mesh_profile.h", "virtual_server.h", "words.h")))),
     Room("daemon/scheduler", own=("daemon/scheduler/",)),
     Room("daemon/store", own=("daemon/store/", "proto/", "codec/packet/", "codec/result.h"), foreign=("",)),
     Room("daemon/net", own=("daemon/", "proto/", "codec/packet/", "codec/result.h"),

@@ -9,7 +9,6 @@
 #include <map>
 #include <vector>
 
-#include "daemon/scheduler/registry.h"
 #include "daemon/scheduler/scheduler.h"
 
 namespace pmcd::scheduler {
@@ -29,6 +28,17 @@ struct Model {
   }
 };
 
+Policy policy(std::string rule, std::size_t slots) {
+  Policy policy;
+  policy.rule = std::move(rule);
+  policy.slots = slots;
+  return policy;
+}
+
+bool enqueue(Scheduler& scheduler, const Request& request) {
+  return scheduler.enqueue(request, request.asked_at);
+}
+
 RequestKey pick(const std::map<RequestKey, Request>& from, unsigned where) {
   auto it = from.begin();
   std::advance(it, static_cast<long>(where % from.size()));
@@ -42,7 +52,7 @@ void drop_session(std::map<RequestKey, Request>& from, SessionKey session) {
 TEST(SchedulerProperty, NoneLostNoneTwiceSlotsNeverExceeded) {
   const bool holds = rc::check("random life of the queue", [] {
     const auto slots = static_cast<std::size_t>(*rc::gen::inRange(1, 5));
-    Scheduler scheduler(make_rule("fifo"), slots);
+    Scheduler scheduler(policy("fifo", slots));
     Model model;
     std::map<RequestKey, SessionKey> all;
     std::size_t gone = 0;
@@ -58,7 +68,7 @@ TEST(SchedulerProperty, NoneLostNoneTwiceSlotsNeverExceeded) {
         r.session = choice % 7;
         r.size_bytes = 1 + choice % 1000;
         r.asked_at = now;
-        RC_ASSERT(scheduler.enqueue(r));
+        RC_ASSERT(enqueue(scheduler, r));
         r.queued_at = now;
         model.waiting[r.key] = r;
         all[r.key] = r.session;
@@ -125,7 +135,7 @@ TEST(SchedulerProperty, NoneLostNoneTwiceSlotsNeverExceeded) {
 
 /// A hundred thousand waiting requests are served in an order of magnitude under what a linear scan would take.
 TEST(SchedulerProperty, ChoiceDoesNotGrowWithTheQueue) {
-  Scheduler scheduler(make_rule("fifo"), 1);
+  Scheduler scheduler(policy("fifo", 1));
   constexpr RequestKey kRequests = 100'000;
   const auto start = std::chrono::steady_clock::now();
   for (RequestKey key = 1; key <= kRequests; ++key) {
@@ -134,7 +144,7 @@ TEST(SchedulerProperty, ChoiceDoesNotGrowWithTheQueue) {
     r.session = key / 8;
     r.size_bytes = 1;
     r.asked_at = Time{static_cast<std::int64_t>(key * 7919 % kRequests)};
-    ASSERT_TRUE(scheduler.enqueue(r));
+    ASSERT_TRUE(enqueue(scheduler, r));
   }
   Time last{-1};
   for (RequestKey n = 0; n < kRequests; ++n) {

@@ -23,6 +23,17 @@ Request request(RequestKey key, SessionKey session, Time asked_at, std::uint64_t
   return r;
 }
 
+Policy policy(std::string rule, std::size_t slots) {
+  Policy policy;
+  policy.rule = std::move(rule);
+  policy.slots = slots;
+  return policy;
+}
+
+bool enqueue(Scheduler& scheduler, const Request& request) {
+  return scheduler.enqueue(request, request.asked_at);
+}
+
 std::vector<RequestKey> serve_all(Scheduler& scheduler) {
   std::vector<RequestKey> order;
   while (const auto next = scheduler.take(Time{1000})) {
@@ -32,35 +43,39 @@ std::vector<RequestKey> serve_all(Scheduler& scheduler) {
   return order;
 }
 
-TEST(Registry, KnowsFifoAndNothingElse) {
-  ASSERT_EQ(all_rules().size(), 1U);
-  EXPECT_EQ(all_rules()[0].name, "fifo");
-  EXPECT_FALSE(all_rules()[0].summary.empty());
-  ASSERT_NE(make_rule("fifo"), nullptr);
-  EXPECT_EQ(make_rule("fifo")->name(), "fifo");
-  EXPECT_EQ(make_rule("FIFO"), nullptr);
-  EXPECT_EQ(make_rule(""), nullptr);
+TEST(Registry, KnowsAllRulesByName) {
+  std::vector<std::string> names;
+  for (const RuleEntry& entry : all_rules()) {
+    names.emplace_back(entry.name);
+    EXPECT_FALSE(entry.summary.empty());
+    const Clients clients;
+    const Surroundings surroundings{clients, 0};
+    EXPECT_EQ(make_rule(entry.name, {}, surroundings)->name(), entry.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"fifo", "lcfs", "spf", "fcsf", "srpt", "fsp", "gain", "fair"}));
+  EXPECT_EQ(find_rule("FIFO"), nullptr);
+  EXPECT_EQ(find_rule(""), nullptr);
 }
 
 TEST(Fifo, OldestFirst) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 5, Time{30})));
-  ASSERT_TRUE(scheduler.enqueue(request(2, 9, Time{10})));
-  ASSERT_TRUE(scheduler.enqueue(request(3, 1, Time{20})));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 5, Time{30})));
+  ASSERT_TRUE(enqueue(scheduler, request(2, 9, Time{10})));
+  ASSERT_TRUE(enqueue(scheduler, request(3, 1, Time{20})));
   EXPECT_EQ(serve_all(scheduler), (std::vector<RequestKey>{2, 3, 1}));
 }
 
 TEST(Fifo, TiesBySessionThenKey) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(4, 2, Time{10})));
-  ASSERT_TRUE(scheduler.enqueue(request(3, 2, Time{10})));
-  ASSERT_TRUE(scheduler.enqueue(request(9, 1, Time{10})));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(4, 2, Time{10})));
+  ASSERT_TRUE(enqueue(scheduler, request(3, 2, Time{10})));
+  ASSERT_TRUE(enqueue(scheduler, request(9, 1, Time{10})));
   EXPECT_EQ(serve_all(scheduler), (std::vector<RequestKey>{9, 3, 4}));
 }
 
 TEST(Scheduler, TakenRequestCarriesItsValuesAndTimes) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 5, Time{30}, 4096)));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 5, Time{30}, 4096)));
   const auto taken = scheduler.take(Time{99});
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->key, 1U);
@@ -73,8 +88,8 @@ TEST(Scheduler, TakenRequestCarriesItsValuesAndTimes) {
 }
 
 TEST(Scheduler, NoMoreThanItsSlots) {
-  Scheduler scheduler(make_rule("fifo"), 2);
-  for (RequestKey key = 1; key <= 3; ++key) ASSERT_TRUE(scheduler.enqueue(request(key, key, Time{1})));
+  Scheduler scheduler(policy("fifo", 2));
+  for (RequestKey key = 1; key <= 3; ++key) ASSERT_TRUE(enqueue(scheduler, request(key, key, Time{1})));
   EXPECT_TRUE(scheduler.take(Time{2}));
   EXPECT_TRUE(scheduler.take(Time{2}));
   EXPECT_FALSE(scheduler.take(Time{2}));
@@ -87,18 +102,18 @@ TEST(Scheduler, NoMoreThanItsSlots) {
 }
 
 TEST(Scheduler, KeyIsTakenOnce) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  EXPECT_TRUE(scheduler.enqueue(request(1, 1, Time{1})));
-  EXPECT_FALSE(scheduler.enqueue(request(1, 2, Time{2})));
+  Scheduler scheduler(policy("fifo", 1));
+  EXPECT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
+  EXPECT_FALSE(enqueue(scheduler, request(1, 2, Time{2})));
   ASSERT_TRUE(scheduler.take(Time{3}));
-  EXPECT_FALSE(scheduler.enqueue(request(1, 2, Time{4})));
+  EXPECT_FALSE(enqueue(scheduler, request(1, 2, Time{4})));
   EXPECT_EQ(scheduler.waiting(), 0U);
 }
 
 TEST(Scheduler, WithdrawTouchesOnlyWaitingRequests) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 1, Time{1})));
-  ASSERT_TRUE(scheduler.enqueue(request(2, 1, Time{2})));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
+  ASSERT_TRUE(enqueue(scheduler, request(2, 1, Time{2})));
   ASSERT_TRUE(scheduler.take(Time{3}));
   EXPECT_FALSE(scheduler.withdraw(1));
   EXPECT_TRUE(scheduler.withdraw(2));
@@ -108,8 +123,8 @@ TEST(Scheduler, WithdrawTouchesOnlyWaitingRequests) {
 }
 
 TEST(Scheduler, OnlyRunningRequestsFinish) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 1, Time{1})));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
   EXPECT_FALSE(scheduler.complete(1, Time{2}));
   EXPECT_FALSE(scheduler.requeue(1, 0, Time{2}));
   ASSERT_TRUE(scheduler.take(Time{3}));
@@ -119,9 +134,9 @@ TEST(Scheduler, OnlyRunningRequestsFinish) {
 }
 
 TEST(Scheduler, RequeuedGoesToTheEndWithWhatRemains) {
-  Scheduler scheduler(make_rule("fifo"), 1);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 1, Time{1}, 100)));
-  ASSERT_TRUE(scheduler.enqueue(request(2, 2, Time{2})));
+  Scheduler scheduler(policy("fifo", 1));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1}, 100)));
+  ASSERT_TRUE(enqueue(scheduler, request(2, 2, Time{2})));
   ASSERT_EQ(scheduler.take(Time{3})->key, 1U);
   EXPECT_FALSE(scheduler.requeue(1, 100, Time{4})) << "nothing would remain";
   ASSERT_TRUE(scheduler.requeue(1, 60, Time{4}));
@@ -138,11 +153,11 @@ TEST(Scheduler, RequeuedGoesToTheEndWithWhatRemains) {
 }
 
 TEST(Scheduler, SessionTakesItsRequestsAlongAndFreesItsSlots) {
-  Scheduler scheduler(make_rule("fifo"), 2);
-  ASSERT_TRUE(scheduler.enqueue(request(1, 1, Time{1})));
-  ASSERT_TRUE(scheduler.enqueue(request(2, 2, Time{2})));
-  ASSERT_TRUE(scheduler.enqueue(request(3, 1, Time{3})));
-  ASSERT_TRUE(scheduler.enqueue(request(4, 2, Time{4})));
+  Scheduler scheduler(policy("fifo", 2));
+  ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
+  ASSERT_TRUE(enqueue(scheduler, request(2, 2, Time{2})));
+  ASSERT_TRUE(enqueue(scheduler, request(3, 1, Time{3})));
+  ASSERT_TRUE(enqueue(scheduler, request(4, 2, Time{4})));
   ASSERT_EQ(scheduler.take(Time{5})->key, 1U);
   ASSERT_EQ(scheduler.take(Time{5})->key, 2U);
   EXPECT_EQ(scheduler.remove_session(1, Time{6}), (std::vector<RequestKey>{1, 3}));
@@ -151,52 +166,6 @@ TEST(Scheduler, SessionTakesItsRequestsAlongAndFreesItsSlots) {
   EXPECT_FALSE(scheduler.complete(1, Time{7}));
   ASSERT_EQ(scheduler.take(Time{7})->key, 4U);
   EXPECT_TRUE(scheduler.remove_session(1, Time{8}).empty());
-}
-
-/// Writes down what a rule is told.
-class Recorder final : public Rule {
- public:
-  explicit Recorder(std::vector<std::string>& log) : log_(log) {}
-  [[nodiscard]] std::string_view name() const override { return "recorder"; }
-  void enqueued(const Request& r) override {
-    next_ = r.key;
-    note("enqueued", r.key);
-  }
-  void removed(const Request& r) override {
-    next_.reset();
-    note("removed", r.key);
-  }
-  [[nodiscard]] std::optional<RequestKey> next() const override { return next_; }
-  void started(const Request& r, Time) override { note("started", r.key); }
-  void progressed(const Request& r, std::uint64_t bytes, Time) override {
-    note("progressed " + std::to_string(bytes), r.key);
-  }
-  void finished(const Request& r, Outcome outcome, Time) override {
-    note("finished " + std::to_string(static_cast<int>(outcome)), r.key);
-  }
-  void session_gone(SessionKey session, Time) override { note("gone", session); }
-
- private:
-  void note(const std::string& what, std::uint64_t key) { log_.push_back(what + ' ' + std::to_string(key)); }
-  std::vector<std::string>& log_;
-  std::optional<RequestKey> next_;
-};
-
-TEST(Scheduler, TellsTheRuleEachEventOnceAndInOrder) {
-  std::vector<std::string> log;
-  Scheduler scheduler(std::make_unique<Recorder>(log), 1);
-  scheduler.enqueue(request(1, 8, Time{1}));
-  scheduler.take(Time{2});
-  scheduler.progressed(1, 40, Time{3});
-  scheduler.progressed(2, 40, Time{3});
-  scheduler.requeue(1, 40, Time{4});
-  scheduler.take(Time{5});
-  scheduler.complete(1, Time{6});
-  scheduler.enqueue(request(2, 8, Time{7}));
-  scheduler.remove_session(8, Time{8});
-  EXPECT_EQ(log, (std::vector<std::string>{"enqueued 1", "removed 1", "started 1", "progressed 40 1", "finished 2 1",
-                                           "enqueued 1", "removed 1", "started 1", "finished 0 1", "enqueued 2",
-                                           "removed 2", "gone 8"}));
 }
 
 }  // namespace

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: MIT
-// FIFO as an ordered set: requests may leave from anywhere (a session that goes), so a plain queue would not do.
+// FIFO is the order of the queue itself: all keys are equal.
 #include "daemon/scheduler/rules/fifo.h"
 
-#include <set>
+#include "daemon/scheduler/keyed_rule.h"
+#include "daemon/scheduler/words.h"
 
 namespace pmcd::scheduler {
 namespace {
 
-class Fifo final : public Rule {
+struct Equal {
+  auto operator<=>(const Equal&) const = default;
+};
+
+class Fifo final : public KeyedRule<Equal> {
  public:
   [[nodiscard]] std::string_view name() const override { return "fifo"; }
 
-  void enqueued(const Request& request) override { waiting_.insert(QueueOrder::of(request)); }
-  void removed(const Request& request) override { waiting_.erase(QueueOrder::of(request)); }
-
-  [[nodiscard]] std::optional<RequestKey> next() const override {
-    if (waiting_.empty()) return std::nullopt;
-    return waiting_.begin()->key;
-  }
-
  private:
-  std::set<QueueOrder> waiting_;
+  [[nodiscard]] Equal key_of(const Request&, const Client&, Time) const override { return {}; }
+  [[nodiscard]] std::string reason(const Equal&, const QueueOrder& order, Time now) const override {
+    return "queued for " + age_text(order.queued_at, now);
+  }
 };
 
 }  // namespace

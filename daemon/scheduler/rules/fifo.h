@@ -8,7 +8,8 @@
 
 namespace pmcd::scheduler {
 
-/// A FIFO rule: oldest queued_at first, ties by session. Each event and each choice: O(log n) or better.
+/// Oldest queued_at first, ties by session. [O(log n) an event]
+/// Source: Globacnik, CESCG (FIFO).
 std::unique_ptr<Rule> make_fifo();
 
 }  // namespace pmcd::scheduler

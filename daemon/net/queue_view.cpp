@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// What the dispatcher shows of its queue and its clients.
+#include "daemon/net/queue_view.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "daemon/net/dispatcher.h"
+#include "daemon/net/session.h"
+
+namespace pmcd::net {
+
+RequestView Dispatcher::view(const Transfer& transfer, const scheduler::Request& request) const {
+  const scheduler::Time now = scheduler_time(Clock::now());
+  const auto ago = [now](scheduler::Time then) {
+    return std::chrono::duration<double>(std::max(now - then, scheduler::Time{0})).count();
+  };
+  RequestView view;
+  view.client = request.session;
+  view.address = transfer.session->peer();
+  if (transfer.of) view.mesh = transfer.of->mesh.summary.name;
+  view.packet = request.packet;
+  view.bytes = request.size_bytes;
+  view.bytes_left = request.remaining_bytes();
+  view.asked_seconds_ago = ago(request.asked_at);
+  view.queued_seconds_ago = ago(request.queued_at);
+  return view;
+}
+
+QueueView Dispatcher::queue(std::size_t most) const {
+  QueueView queue;
+  queue.waiting = scheduler_.waiting();
+  queue.running = scheduler_.running();
+  const auto add = [&](RequestView view) {
+    if (queue.requests.size() < most) {
+      queue.requests.push_back(std::move(view));
+    } else {
+      ++queue.more;
+    }
+  };
+  for (const auto state : {RequestView::State::running, RequestView::State::blocked}) {
+    for (const auto& [key, running] : running_) {
+      if ((running.stage == Stage::stopped) != (state == RequestView::State::blocked)) continue;
+      RequestView one = view(running.transfer, *scheduler_.find(key));
+      one.state = state;
+      one.bytes_left = one.bytes - std::min(one.bytes, running.next);
+      add(std::move(one));
+    }
+  }
+  std::size_t rank = 0;
+  for (const scheduler::Ranked& ranked : scheduler_.ranking(most, scheduler_time(Clock::now()))) {
+    RequestView one = view(waiting_.at(ranked.key), *scheduler_.find(ranked.key));
+    one.rank = ++rank;
+    one.reason = ranked.reason;
+    add(std::move(one));
+  }
+  queue.more = queue.waiting + queue.running - queue.requests.size();
+  return queue;
+}
+
+ClientView Dispatcher::client(scheduler::SessionKey session) const {
+  ClientView view;
+  const scheduler::Client* client = scheduler_.clients().find(session);
+  if (client == nullptr) return view;
+  view.speed = client->speed;
+  view.weight = client->weight;
+  view.acknowledged = client->acknowledged;
+  view.taking = scheduler_.clients().taking(session, scheduler_time(Clock::now()));
+  const auto [waiting, running] = scheduler_.counts(session);
+  view.waiting = waiting;
+  view.running = running;
+  return view;
+}
+
+}  // namespace pmcd::net
