@@ -44,6 +44,15 @@ enums:
     0x0123: ingest_commit
     0x0124: ingest_ok
     0x0130: admin_answer
+    0x0140: admin_rules
+    0x0141: admin_rule
+    0x0142: admin_set_rule
+    0x0143: admin_history
+    0x0144: admin_revert
+    0x0145: admin_queue
+    0x0146: admin_clients
+    0x0147: admin_explain
+    0x0148: admin_weight
   code:
     0: none
     1: unsupported_version
@@ -75,6 +84,11 @@ enums:
     131: ingest_incomplete
     132: too_large
     133: storage_failed
+    134: bad_rule
+    135: bad_option
+    136: version_changed
+    137: unknown_client
+    138: unknown_change
   result:
     0: complete
     1: cancelled
@@ -129,6 +143,15 @@ types:
             message_type::ingest_commit: ingest_commit
             message_type::ingest_ok: ingest_ok
             message_type::admin_answer: admin_answer
+            message_type::admin_rules: admin_rules
+            message_type::admin_rule: admin_rule
+            message_type::admin_set_rule: admin_set_rule
+            message_type::admin_history: admin_history
+            message_type::admin_revert: admin_revert
+            message_type::admin_queue: admin_queue
+            message_type::admin_clients: admin_clients
+            message_type::admin_explain: admin_explain
+            message_type::admin_weight: admin_weight
 
   # Pieces that several messages have.
   str8:
@@ -433,3 +456,83 @@ types:
         type: u1
       - id: text
         size-eos: true
+  admin_rules:
+    seq:
+      - id: id
+        type: u4
+  admin_rule:
+    seq:
+      - id: id
+        type: u4
+  admin_set_rule:
+    seq:
+      - id: id
+        type: u4
+      - id: flags
+        type: u1
+      - id: version
+        type: u8
+      - id: rule
+        type: str8
+      - id: count
+        type: u1
+      - id: options
+        type: rule_option
+        repeat: expr
+        repeat-expr: count
+    instances:
+      is_dry_run:
+        value: (flags & 1) != 0
+      has_version:
+        value: (flags & 2) != 0
+  rule_option:
+    seq:
+      - id: name
+        type: str8
+      - id: value
+        type: str8
+  admin_history:
+    seq:
+      - id: id
+        type: u4
+      - id: most
+        type: u4
+  admin_revert:
+    seq:
+      - id: id
+        type: u4
+      - id: flags
+        type: u1
+      - id: version
+        type: u8
+      - id: change
+        type: u8
+        doc: 0 is the configuration.
+    instances:
+      is_dry_run:
+        value: (flags & 1) != 0
+      has_version:
+        value: (flags & 2) != 0
+  admin_queue:
+    seq:
+      - id: id
+        type: u4
+  admin_clients:
+    seq:
+      - id: id
+        type: u4
+  admin_explain:
+    seq:
+      - id: id
+        type: u4
+      - id: session
+        type: u8
+  admin_weight:
+    seq:
+      - id: id
+        type: u4
+      - id: session
+        type: u8
+      - id: weight
+        type: u4
+        doc: Thousandths.

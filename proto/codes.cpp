@@ -56,6 +56,13 @@ constexpr std::array kCodes{
     CodeInfo{ErrorCode::too_large, "too_large", Ends::request, "The mesh is larger than the daemon takes."},
     CodeInfo{ErrorCode::storage_failed, "storage_failed", Ends::request,
              "The database refused; the text says why, and nothing was changed."},
+    CodeInfo{ErrorCode::bad_rule, "bad_rule", Ends::request, "There is no distribution rule of that name."},
+    CodeInfo{ErrorCode::bad_option, "bad_option", Ends::request,
+             "An option is unknown or not one of the rule's, or its value is not allowed."},
+    CodeInfo{ErrorCode::version_changed, "version_changed", Ends::request,
+             "Somebody else changed the rule meanwhile; nothing was changed."},
+    CodeInfo{ErrorCode::unknown_client, "unknown_client", Ends::request, "There is no session of that number."},
+    CodeInfo{ErrorCode::unknown_change, "unknown_change", Ends::request, "The history has no change of that number."},
 };
 
 static_assert(std::is_sorted(kCodes.begin(), kCodes.end(),

@@ -43,6 +43,11 @@ enum class ErrorCode : std::uint16_t {
   ingest_incomplete = 131,
   too_large = 132,
   storage_failed = 133,
+  bad_rule = 134,
+  bad_option = 135,
+  version_changed = 136,
+  unknown_client = 137,
+  unknown_change = 138,
 };
 
 /// What a code ends. `session`: both channels are closed behind it (or the connection that has no session yet).

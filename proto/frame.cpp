@@ -78,6 +78,24 @@ const char* type_name(std::uint16_t type) {
       return "ingest_ok";
     case FrameType::admin_answer:
       return "admin_answer";
+    case FrameType::admin_rules:
+      return "admin_rules";
+    case FrameType::admin_rule:
+      return "admin_rule";
+    case FrameType::admin_set_rule:
+      return "admin_set_rule";
+    case FrameType::admin_history:
+      return "admin_history";
+    case FrameType::admin_revert:
+      return "admin_revert";
+    case FrameType::admin_queue:
+      return "admin_queue";
+    case FrameType::admin_clients:
+      return "admin_clients";
+    case FrameType::admin_explain:
+      return "admin_explain";
+    case FrameType::admin_weight:
+      return "admin_weight";
   }
   return nullptr;
 }

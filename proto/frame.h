@@ -17,8 +17,7 @@ inline constexpr std::uint16_t kVersionMajor = 1;
 inline constexpr std::uint16_t kVersionMinor = 0;
 
 // Part of the protocol: never change or reuse a number. A number that is not here is answered unknown_type.
-// Kept free for later minor versions: 0x0140-0x015f rules, queue, clients, weights, history and explain on the admin
-// channel.
+// Kept free for later minor versions: 0x0150-0x015f on the admin channel.
 enum class FrameType : std::uint16_t {
   hello = 0x0001,            ///< client, request channel, first frame
   hello_ok = 0x0002,         ///< server's answer to it
@@ -50,6 +49,15 @@ enum class FrameType : std::uint16_t {
   ingest_commit = 0x0123,
   ingest_ok = 0x0124,     ///< daemon: committed
   admin_answer = 0x0130,  ///< daemon: JSON text, in pieces
+  admin_rules = 0x0140,
+  admin_rule = 0x0141,
+  admin_set_rule = 0x0142,
+  admin_history = 0x0143,
+  admin_revert = 0x0144,
+  admin_queue = 0x0145,
+  admin_clients = 0x0146,
+  admin_explain = 0x0147,
+  admin_weight = 0x0148,
 };
 
 /// The name as written above, or nullptr for a number that is no type.

@@ -30,6 +30,15 @@ bool is_admin_request(FrameType type) {
     case FrameType::ingest_begin:
     case FrameType::ingest_data:
     case FrameType::ingest_commit:
+    case FrameType::admin_rules:
+    case FrameType::admin_rule:
+    case FrameType::admin_set_rule:
+    case FrameType::admin_history:
+    case FrameType::admin_revert:
+    case FrameType::admin_queue:
+    case FrameType::admin_clients:
+    case FrameType::admin_explain:
+    case FrameType::admin_weight:
       return true;
     default:
       return false;

@@ -48,7 +48,7 @@ def first_frame(context):
 @checks("A-1", "V-4", "H-3", "H-4", "F-3")
 def frames_of_the_admin_channel(context):
     with _admin(context) as admin:
-        for number in (0x0140, 0x015F, 0x0199):
+        for number in (0x0150, 0x015F, 0x0199):
             admin.channel.send(wire.frame(number, struct.pack("<I", 9)))
             answer = admin.next()
             expect("the answer", (9, wire.CODES["unknown_type"]), (answer.id, answer.code))

@@ -14,7 +14,7 @@ _REQUESTS = {
     "get_packet": {"generation": 1, "packet": 0, "offset": 0},
 }
 _SMALL = {"ping": {}, "cancel": {}}
-_UNKNOWN = (0x0000, 0x0021, 0x00FF, 0x0140, 0x015F, 0x7FFF, 0xFFFF)
+_UNKNOWN = (0x0000, 0x0021, 0x00FF, 0x0150, 0x015F, 0x7FFF, 0xFFFF)
 
 
 def _length(number):

@@ -26,6 +26,7 @@ RESULTS = ("complete", "cancelled", "failed", "end_of_mesh")
 DRAINING, MESH_RETIRED = 1, 2
 
 # name: (type, fields). A field is (name, kind); kinds are those of the document, `N` stands for N bytes as they are.
+# `options` are as many pairs of str8, name and value, as the field before them says.
 MESSAGES = {
     "hello": (0x0001, "magic:4 major:u16 minor:u16 agent:str8"),
     "hello_ok": (0x0002, "magic:4 major:u16 minor:u16 token:16 data_port:u16 seconds:u16 open_requests:u8 agent:str8"),
@@ -56,6 +57,15 @@ MESSAGES = {
     "ingest_commit": (0x0123, "id:u32"),
     "ingest_ok": (0x0124, "id:u32 generation:u64 replaced:u8"),
     "admin_answer": (0x0130, "id:u32 last:u8 text:rest"),
+    "admin_rules": (0x0140, "id:u32"),
+    "admin_rule": (0x0141, "id:u32"),
+    "admin_set_rule": (0x0142, "id:u32 flags:u8 version:u64 rule:str8 count:u8 options:options"),
+    "admin_history": (0x0143, "id:u32 most:u32"),
+    "admin_revert": (0x0144, "id:u32 flags:u8 version:u64 change:u64"),
+    "admin_queue": (0x0145, "id:u32"),
+    "admin_clients": (0x0146, "id:u32"),
+    "admin_explain": (0x0147, "id:u32 session:u64"),
+    "admin_weight": (0x0148, "id:u32 session:u64 weight:u32"),
 }
 MESSAGES = {name: (number, [tuple(field.split(":")) for field in fields.split()])
             for name, (number, fields) in MESSAGES.items()}
@@ -71,6 +81,7 @@ CODES = {
     "unknown_mesh": 35, "unknown_handle": 36, "bad_name": 37, "internal_error": 38, "bad_range": 39,
     "unavailable": 64, "mesh_changed": 65, "mesh_exists": 128, "bad_directory": 129, "bad_packet": 130,
     "ingest_incomplete": 131, "too_large": 132, "storage_failed": 133,
+    "bad_rule": 134, "bad_option": 135, "version_changed": 136, "unknown_client": 137, "unknown_change": 138,
 }
 CODE_NAMES = {number: name for name, number in CODES.items()}
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "proto/admin.h"
+#include "proto/admin_rules.h"
 #include "proto/mesh_list.h"
 #include "proto/messages.h"
 #include "proto/session.h"
@@ -222,6 +223,24 @@ void messages(Input input) {
       return message<proto::IngestOk>(body, proto::kMaxAdminFrame);
     case FrameType::admin_answer:
       return message<proto::AdminAnswer>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_rules:
+      return message<proto::AdminRules>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_rule:
+      return message<proto::AdminRule>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_set_rule:
+      return message<proto::AdminSetRule>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_history:
+      return message<proto::AdminHistory>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_revert:
+      return message<proto::AdminRevert>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_queue:
+      return message<proto::AdminQueue>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_clients:
+      return message<proto::AdminClients>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_explain:
+      return message<proto::AdminExplain>(body, proto::kMaxAdminFrame);
+    case FrameType::admin_weight:
+      return message<proto::AdminWeight>(body, proto::kMaxAdminFrame);
   }
   check(proto::type_name(type) == nullptr, "a type with a name that is not fuzzed");
 }
