@@ -68,6 +68,24 @@ def frames_of_the_admin_channel(context):
             admin.expect_end("malformed")
 
 
+@checks("A-8", "A-1")
+def forms_of_the_requests_about_the_rule(context):
+    terms = {"id": 1, "flags": 0, "version": 0}
+    rule = {"rule": "fifo", "count": 0, "options": ()}
+    for name, fields in (("admin_set_rule", {**terms, **rule, "flags": 4}),
+                         ("admin_set_rule", {**terms, **rule, "version": 1}),
+                         ("admin_set_rule", {**terms, **rule, "count": 65, "options": [("slots", "1")] * 65}),
+                         ("admin_set_rule", {**terms, **rule, "count": 1}),
+                         ("admin_revert", {**terms, "flags": 8, "change": 0}),
+                         ("admin_revert", {**terms, "flags": 1, "version": 9, "change": 0}),
+                         ("admin_weight", {"id": 1, "session": 1, "weight": 0}),
+                         ("admin_weight", {"id": 1, "session": 1, "weight": 1_000_000_001}),
+                         ("admin_explain", {"id": 0, "session": 1}), ("admin_history", {"id": 0, "most": 0})):
+        with _admin(context) as admin:
+            admin.channel.send(wire.message(name, **fields))
+            admin.expect_end("malformed")
+
+
 def _expect_mesh(document, name, file):
     levels = file.directory.levels
     expect("the mesh", {"name": name, "generation": f"{file.generation:016x}", "vertices": levels[-1].vertices,

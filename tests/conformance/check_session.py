@@ -12,12 +12,15 @@ _REQUESTS = (("get_mesh_list", {"filter": "", "after": "", "most": 0}), ("get_ba
 # Known frames that a client may not send on a request channel after hello.
 _NOT_MINE = ("hello", "hello_ok", "error", "pong", "join", "join_ok", "notice", "mesh_opened", "chunk", "transfer_end",
              "admin_hello", "admin_hello_ok", "admin_list", "admin_show", "admin_remove", "admin_status", "ingest_begin",
-             "ingest_ready", "ingest_data", "ingest_commit", "ingest_ok", "admin_answer")
+             "ingest_ready", "ingest_data", "ingest_commit", "ingest_ok", "admin_answer", "admin_rules", "admin_rule",
+             "admin_set_rule", "admin_history", "admin_revert", "admin_queue", "admin_clients", "admin_explain",
+             "admin_weight")
 
 
 def sample(name):
     """A right frame of this type."""
-    values = {"u8": 0, "u16": 1, "u32": 1, "u64": 1, "str8": "abc", "str16": "abc", "rest": b"abc", "16": bytes(16)}
+    values = {"u8": 0, "u16": 1, "u32": 1, "u64": 1, "str8": "abc", "str16": "abc", "rest": b"abc", "16": bytes(16),
+              "options": ()}
     return wire.message(name, **{field: values[kind] for field, kind in wire.MESSAGES[name][1]
                                  if field not in ("magic", "major", "minor")})
 

@@ -143,6 +143,11 @@ def frame(number, body=b""):
     return struct.pack("<IH", len(body) + 2, number) + body
 
 
+def _str8(text):
+    data = text.encode() if isinstance(text, str) else bytes(text)
+    return struct.pack("<B", len(data)) + data
+
+
 def body_of(name, /, **fields):
     """The body of message `name`. Every field has to be given but magic, major and minor."""
     defaults = {"magic": ADMIN_MAGIC if name.startswith("admin") else MAGIC, "major": MAJOR, "minor": MINOR}
@@ -152,9 +157,12 @@ def body_of(name, /, **fields):
         if kind in _NUMBERS:
             out += struct.pack(_NUMBERS[kind], value)
             continue
+        if kind == "options":
+            out += b"".join(_str8(text) for option in value for text in option)
+            continue
         data = value.encode() if isinstance(value, str) else bytes(value)
         if kind == "str8":
-            out += struct.pack("<B", len(data)) + data
+            out += _str8(data)
         elif kind == "str16":
             out += struct.pack("<H", len(data)) + data
         else:
@@ -187,6 +195,8 @@ def parse(number, body, minor=MINOR):
     for field, kind in MESSAGES[name][1]:
         if kind in _NUMBERS:
             value = struct.unpack(_NUMBERS[kind], take(struct.calcsize(_NUMBERS[kind]), field))[0]
+        elif kind == "options":
+            value = [tuple(take(take(1, field)[0], field).decode() for _ in range(2)) for _ in range(result.count)]
         elif kind in ("str8", "str16"):
             raw = take(struct.unpack("<B" if kind == "str8" else "<H", take(1 if kind == "str8" else 2, field))[0], field)
             if field in ("filter", "after"):  # what bytes they are is not judged

@@ -58,6 +58,7 @@ function messages(document) {
 
 function field(text) {
   if (text.startsWith('magic')) return { name: 'magic', kind: 'magic' };
+  if (text === 'options') return { name: text, kind: text };
   const [, kind, name] = text.match(/^(u8|u16|u32|u64|str8|str16|rest|16 bytes) (.+)$/) || fail(`field ${text}`);
   return { name: name.trim(), kind };
 }
@@ -77,6 +78,9 @@ function written(kind, value) {
   if (kind === 'str8' || kind === 'str16') {
     const text = Buffer.from(value.text, 'utf-8');
     return Buffer.concat([number(text.length, kind === 'str8' ? 1 : 2), text]);
+  }
+  if (kind === 'options') {
+    return Buffer.concat(value.flatMap((option) => [written('str8', option.name), written('str8', option.value)]));
   }
   return Buffer.from(value);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/admin.h"
+#include "proto/admin_rules.h"
 #include "proto/codes.h"
 #include "proto/mesh_list.h"
 #include "proto/text.h"
@@ -212,6 +213,23 @@ Frames ingest_example() {
   };
 }
 
+/// The fifth one.
+Frames rule_example() {
+  const std::string answer = R"({"client":7,"weight":2.5,"before":1})";
+  return {
+      {"client, admin: admin_set_rule",
+       encode(AdminSetRule{1, {true, {}}, "fcsf", {{"burst", "2"}, {"slots", "auto"}}})},
+      {"client, admin: admin_set_rule", encode(AdminSetRule{2, {false, 3}, "gain", {}})},
+      {"server, admin: error", encode(ErrorMessage{2, ErrorCode::version_changed, "the rule has version 4 by now"})},
+      {"client, admin: admin_revert", encode(AdminRevert{3, {}, 0})},
+      {"client, admin: admin_history", encode(AdminHistory{4, 10})},
+      {"client, admin: admin_weight", encode(AdminWeight{5, 7, 2500})},
+      {"server, admin: admin_answer", encode(AdminAnswer{5, true, answer})},
+      {"client, admin: admin_explain", encode(AdminExplain{6, 9})},
+      {"server, admin: error", encode(ErrorMessage{6, ErrorCode::unknown_client, "there is no session 9"})},
+  };
+}
+
 /// The frames of the n-th fenced block below the heading of the examples.
 Frames documented_example(int n) {
   Frames frames;
@@ -249,7 +267,8 @@ TEST(Document, WorkedExamples) {
   expect_same(documented_example(2), resume_example());
   expect_same(documented_example(3), version_example());
   expect_same(documented_example(4), ingest_example());
-  EXPECT_TRUE(documented_example(5).empty()) << "an example that nothing checks";
+  expect_same(documented_example(5), rule_example());
+  EXPECT_TRUE(documented_example(6).empty()) << "an example that nothing checks";
 }
 
 }  // namespace

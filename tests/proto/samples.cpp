@@ -59,6 +59,19 @@ std::vector<Sample> all_samples() {
   samples.push_back(sample(IngestCommit{5}, "06000000 2301 05000000"));
   samples.push_back(sample(IngestOk{5, 0x0123456789abcdef, true}, "0f000000 2401 05000000 efcdab8967452301 01"));
   samples.push_back(sample(AdminAnswer{2, true, "{}"}, "09000000 3001 02000000 01 7b7d", true));
+
+  samples.push_back(sample(AdminRules{1}, "06000000 4001 01000000"));
+  samples.push_back(sample(AdminRule{2}, "06000000 4101 02000000"));
+  samples.push_back(sample(AdminSetRule{3, {true, 258}, "fcsf", {{"burst", "2"}, {"slots", ""}}},
+                           "24000000 4201 03000000 03 0201000000000000 04 66637366 02 05 6275727374 01 32 "
+                           "05 736c6f7473 00"));
+  samples.push_back(sample(AdminHistory{4, 20}, "0a000000 4301 04000000 14000000"));
+  samples.push_back(
+      sample(AdminRevert{5, {false, 0}, 7}, "17000000 4401 05000000 02 0000000000000000 0700000000000000"));
+  samples.push_back(sample(AdminQueue{6}, "06000000 4501 06000000"));
+  samples.push_back(sample(AdminClients{7}, "06000000 4601 07000000"));
+  samples.push_back(sample(AdminExplain{8, 0x0123456789abcdef}, "0e000000 4701 08000000 efcdab8967452301"));
+  samples.push_back(sample(AdminWeight{9, 17, 1500}, "12000000 4801 09000000 1100000000000000 dc050000"));
   return samples;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "proto/admin.h"
+#include "proto/admin_rules.h"
 #include "proto/frame.h"
 #include "proto/messages.h"
 
