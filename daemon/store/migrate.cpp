@@ -51,11 +51,25 @@ CREATE INDEX mesh_generation ON mesh (generation);
 // Version 3: the level directory as it came, which says more than the columns do.
 constexpr const char* kTo3 = "ALTER TABLE mesh ADD COLUMN directory BLOB";
 
+// Version 4: the history of the distribution rule's live changes.
+constexpr const char* kTo4 = R"sql(
+CREATE TABLE rule_change (
+  id         INTEGER PRIMARY KEY AUTOINCREMENT,
+  changed_at INTEGER NOT NULL,
+  rule       TEXT,
+  options    TEXT    NOT NULL,
+  uid        INTEGER NOT NULL,
+  pid        INTEGER NOT NULL,
+  reverts    INTEGER
+) STRICT;
+)sql";
+
 }  // namespace
 
 void migrate(Db& db, std::int64_t version) {
   if (version < 2) db.execute(kTo2);
   if (version < 3) db.execute(kTo3);
+  if (version < 4) db.execute(kTo4);
   Statement broken(db, "PRAGMA foreign_key_check");
   if (broken.step()) throw SqliteError(SQLITE_CORRUPT, "a packet belongs to no mesh");
 }

@@ -14,8 +14,11 @@ namespace {
 // that reading a directory does not touch the pages of the blobs.
 // A mesh with retired_at (seconds since 1970) was replaced or removed: it has no name any more as far as others see,
 // and its packets stay until it is collected. collecting = 1: the deletion has begun, packets may be missing.
-// The level directory stands as it came, for what the columns do not tell; NULL in meshes of version 2. Whatever
-// changes here needs a step in migrate.cpp and another kSchemaVersion.
+// The level directory stands as it came, for what the columns do not tell; NULL in meshes of version 2.
+// A rule_change is one live change of the distribution rule; its id is the policy's version from then on, so it is
+// never reused either. rule NULL: no live rule any more, the configuration decides. reverts: the id of the change that
+// this one went back to, which may have been deleted since. Whatever changes here needs a step in migrate.cpp and
+// another kSchemaVersion.
 constexpr const char* kTables = R"sql(
 CREATE TABLE mesh (
   id             INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -58,6 +61,15 @@ CREATE TABLE packet (
   error_max REAL,
   data      BLOB    NOT NULL,
   UNIQUE (mesh, level)
+) STRICT;
+CREATE TABLE rule_change (
+  id         INTEGER PRIMARY KEY AUTOINCREMENT,
+  changed_at INTEGER NOT NULL,
+  rule       TEXT,
+  options    TEXT    NOT NULL,
+  uid        INTEGER NOT NULL,
+  pid        INTEGER NOT NULL,
+  reverts    INTEGER
 ) STRICT;
 )sql";
 

@@ -10,7 +10,7 @@
 namespace pmcd::store {
 
 /// Raised whenever a table changes; an older database is brought up to date when it is opened, a newer one is refused.
-inline constexpr std::int64_t kSchemaVersion = 3;
+inline constexpr std::int64_t kSchemaVersion = 4;
 
 /// Marks a file as pmcd's ("PMCD"); part of the database format, never changed.
 inline constexpr std::int64_t kApplicationId = 0x504d4344;

@@ -195,11 +195,11 @@ TEST(MeshStoreOpen, RefusesNewerSchema) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("meshes.db");
   ASSERT_TRUE(MeshStore::open(path).ok());
-  Db(path).execute("PRAGMA user_version = 4");
+  Db(path).execute("PRAGMA user_version = 5");
   const auto opened = MeshStore::open(path);
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(outcome(opened), "database_newer");
-  EXPECT_EQ(opened.error().detail, "the database has schema version 4, this pmcd knows versions up to 3");
+  EXPECT_EQ(opened.error().detail, "the database has schema version 5, this pmcd knows versions up to 4");
 }
 
 TEST(MeshStoreOpen, RefusesFilesOfOthers) {
