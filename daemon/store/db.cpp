@@ -168,6 +168,10 @@ void Statement::reset() {
   sqlite3_clear_bindings(statement_.get());
 }
 
+bool Statement::is_null(int column) const {
+  return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
+}
+
 void Statement::expect_type(int column, int type) const {
   if (sqlite3_column_type(statement_.get(), column) == type) return;
   throw SqliteError(SQLITE_CORRUPT, std::string("column ") + sqlite3_column_name(statement_.get(), column) +
@@ -179,13 +183,18 @@ std::int64_t Statement::integer(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
 }
 
+std::optional<std::int64_t> Statement::integer_or_null(int column) const {
+  if (is_null(column)) return std::nullopt;
+  return integer(column);
+}
+
 double Statement::real(int column) const {
   expect_type(column, SQLITE_FLOAT);
   return sqlite3_column_double(statement_.get(), column);
 }
 
 std::optional<double> Statement::real_or_null(int column) const {
-  if (sqlite3_column_type(statement_.get(), column) == SQLITE_NULL) return std::nullopt;
+  if (is_null(column)) return std::nullopt;
   return real(column);
 }
 
@@ -194,6 +203,11 @@ std::string Statement::text(int column) const {
   const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
   if (bytes == nullptr) throw SqliteError(SQLITE_NOMEM, "out of memory");
   return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+}
+
+std::optional<std::string> Statement::text_or_null(int column) const {
+  if (is_null(column)) return std::nullopt;
+  return text(column);
 }
 
 std::vector<std::byte> Statement::blob(int column) const {

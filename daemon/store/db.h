@@ -86,15 +86,18 @@ class Statement {
   /// Columns count from 0 and are valid until the next step() or reset(). A column of another type than asked for
   /// throws SqliteError (database corrupt): a damaged file must not become a wrong value.
   [[nodiscard]] std::int64_t integer(int column) const;
+  [[nodiscard]] std::optional<std::int64_t> integer_or_null(int column) const;
   [[nodiscard]] double real(int column) const;
   [[nodiscard]] std::optional<double> real_or_null(int column) const;
   [[nodiscard]] std::string text(int column) const;
+  [[nodiscard]] std::optional<std::string> text_or_null(int column) const;
   [[nodiscard]] std::vector<std::byte> blob(int column) const;
 
  private:
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
   };
+  [[nodiscard]] bool is_null(int column) const;
   void expect_type(int column, int type) const;
 
   Db* db_;

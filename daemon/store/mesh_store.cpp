@@ -1,29 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Checks, and the boundary at which SQLite's exceptions become values.
+// Checks, then the tables behind a guard against what they throw.
 #include "daemon/store/mesh_store.h"
 
-#include <new>
 #include <utility>
 
-#include "daemon/store/db.h"
+#include "daemon/store/guarded.h"
 #include "daemon/store/mesh_tables.h"
+#include "daemon/store/rule_history.h"
 
 namespace pmcd::store {
-namespace {
-
-/// Runs `work`, which returns a Result, and turns what it throws into an Error.
-template <typename Work>
-auto guarded(Work&& work) -> decltype(work()) {
-  try {
-    return work();
-  } catch (const SqliteError& error) {
-    return error.as_error();
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, "out of memory"};
-  }
-}
-
-}  // namespace
 
 MeshSummary summarize(const codec::Directory& directory) {
   MeshSummary summary;
@@ -45,7 +30,7 @@ Error name_taken(std::string_view name) {
 }
 
 MeshStore::MeshStore(std::string path, std::unique_ptr<MeshTables> tables)
-    : path_(std::move(path)), tables_(std::move(tables)) {}
+    : path_(std::move(path)), tables_(std::move(tables)), rules_(std::make_unique<RuleHistory>(tables_->db())) {}
 
 MeshStore::~MeshStore() = default;
 

@@ -107,6 +107,7 @@ MeshSummary summarize(const codec::Directory& directory);
 Error name_taken(std::string_view name);
 
 class MeshTables;
+class RuleHistory;
 
 class MeshStore {
  public:
@@ -141,6 +142,9 @@ class MeshStore {
   /// find_generation does not see it. What a kill leaves is still retired. A mesh that is gone is Collected::all.
   Result<Collected> collect(MeshId mesh);
 
+  /// The history of rule changes in the same database (rule_history.h); lives as long as the store.
+  [[nodiscard]] RuleHistory& rules() { return *rules_; }
+
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
@@ -148,6 +152,7 @@ class MeshStore {
 
   std::string path_;
   std::unique_ptr<MeshTables> tables_;
+  std::unique_ptr<RuleHistory> rules_;  ///< over the connection of tables_
 };
 
 }  // namespace pmcd::store

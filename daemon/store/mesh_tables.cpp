@@ -3,20 +3,16 @@
 #include "daemon/store/mesh_tables.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <utility>
 
 #include "codec/packet/header.h"
 #include "daemon/store/rows.h"
 #include "daemon/store/schema.h"
+#include "daemon/store/wall_clock.h"
 
 namespace pmcd::store {
 namespace {
-
-std::int64_t seconds_since_1970() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 MeshSummary summary_of(const NewMesh& mesh) {
   MeshSummary summary = summarize(mesh.directory);

@@ -41,6 +41,9 @@ class MeshTables {
   std::vector<MeshId> retired();
   Collected collect(MeshId mesh);
 
+  /// The connection, for other tables of the same database.
+  [[nodiscard]] Db& db() { return db_; }
+
  private:
   struct Statements;
 

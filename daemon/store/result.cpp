@@ -10,6 +10,8 @@ const char* error_name(ErrorCode code) {
       return "unknown_mesh";
     case ErrorCode::unknown_packet:
       return "unknown_packet";
+    case ErrorCode::unknown_change:
+      return "unknown_change";
     case ErrorCode::name_taken:
       return "name_taken";
     case ErrorCode::bad_name:
@@ -20,6 +22,8 @@ const char* error_name(ErrorCode code) {
       return "bad_packet";
     case ErrorCode::incomplete:
       return "incomplete";
+    case ErrorCode::version_changed:
+      return "version_changed";
     case ErrorCode::too_large:
       return "too_large";
     case ErrorCode::no_space:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Errors of the store as values: what is wrong with the database or with the mesh that was handed in. SQLite's own
+// Errors of the store as values: what is wrong with the database or with what was handed in. SQLite's own
 // exceptions (db.h) never leave this room.
 #pragma once
 
@@ -13,12 +13,14 @@ namespace pmcd::store {
 enum class ErrorCode : std::uint8_t {
   unknown_mesh,      ///< no mesh has this name, or this mesh is gone
   unknown_packet,    ///< the mesh has no packet of this number
+  unknown_change,    ///< there is no rule change of this number, or not any more
   name_taken,        ///< a mesh of this name exists and replacing was not asked for
   bad_name,          ///< empty or too long
   bad_directory,     ///< the level directory is damaged or contradicts itself
   bad_packet,        ///< a packet is damaged, out of order, of another mesh, or not as the directory says
   incomplete,        ///< the upload has a gap or ends before its last packet
-  too_large,         ///< the upload or one packet is over a limit
+  version_changed,   ///< the rule was changed since the caller looked
+  too_large,         ///< the upload, one packet or a rule's text is over a limit
   no_space,          ///< the disk is full
   out_of_memory,     ///< the daemon may not take the memory that this needs
   database_newer,    ///< written by a newer pmcd

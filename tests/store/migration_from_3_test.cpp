@@ -100,7 +100,9 @@ class MigrationFrom3 : public ::testing::Test {
 
   static void expect_packets(MeshStore& store, MeshId id, const FakeMesh& mesh) {
     for (std::size_t level = 0; level < mesh.packets.size(); ++level) {
-      EXPECT_EQ(store.read_packet(id, static_cast<std::uint32_t>(level)).value(), mesh.packets[level]);
+      const auto packet = store.read_packet(id, static_cast<std::uint32_t>(level));
+      ASSERT_TRUE(packet.ok()) << packet.error().detail;
+      EXPECT_EQ(packet.value(), mesh.packets[level]);
     }
   }
 
