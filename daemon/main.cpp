@@ -7,12 +7,12 @@
 #include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <future>
 #include <memory>
 #include <new>
 #include <string>
@@ -126,6 +126,14 @@ std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
   return std::move(thread).value();
 }
 
+/// What an operator has said last while a daemon ran. Waits for the database.
+store::Result<std::optional<store::RuleChange>> last_live_change(store::StoreThread& writer) {
+  using Answer = store::Result<std::optional<store::RuleChange>>;
+  const auto answer = std::make_shared<std::promise<Answer>>();
+  writer.post([answer](store::MeshStore& store) { answer->set_value(store.rules().newest()); });
+  return answer->get_future().get();
+}
+
 int serve(const Config& config) {
   // A peer that closes is an error of write(), not the end of the daemon; and so is a limit on file sizes.
   std::signal(SIGPIPE, SIG_IGN);
@@ -159,16 +167,20 @@ int serve(const Config& config) {
   if (!writer) return kFailed;
   const auto reader = open_database(config.database);
   if (!reader) return kFailed;
-  const scheduler::Policy policy =
-      scheduler::resolve(std::array{config.command_line_policy, config.file_policy}).policy;
-  net::Server server(io, *reader, *writer, policy, std::move(options));
+  auto live = last_live_change(*writer);
+  if (!live) {
+    spdlog::critical("database {}: {}: {}", config.database, store::error_name(live.error().code), live.error().detail);
+    return kFailed;
+  }
+  net::PolicySources policy{config.command_line_policy, config.file_policy, std::move(live).value()};
+  net::Server server(io, *reader, *writer, std::move(policy), std::move(options));
   bool in_order = false;
   net::asio::co_spawn(io, end_on_signal(signals, server, io, longest_end, in_order), net::asio::detached);
   if (const auto error = server.start()) {
     spdlog::critical("{}", *error);
     return kFailed;
   }
-  spdlog::info("pmcd {}: database {}, rule {}", PMCD_VERSION, config.database, scheduler::text_of(policy));
+  spdlog::info("pmcd {}: database {}, rule {}", PMCD_VERSION, config.database, scheduler::text_of(server.policy()));
   const std::string status = "READY=1\nSTATUS=serving on " + config.listen + ", request port " +
                              std::to_string(server.request_port()) + ", data port " +
                              std::to_string(server.data_port());

@@ -46,7 +46,10 @@ ErrorCode wire_code(store::ErrorCode code) {
 
 AdminConnection::AdminConnection(std::shared_ptr<Channel> channel, std::optional<PeerIdentity> peer,
                                  AdminContext& context)
-    : channel_(std::move(channel)), who_(identity_text(peer)), context_(context) {}
+    : channel_(std::move(channel)),
+      peer_(peer.value_or(PeerIdentity{static_cast<uid_t>(-1), 0})),
+      who_(identity_text(peer)),
+      context_(context) {}
 
 awaitable<void> AdminConnection::run([[maybe_unused]] std::shared_ptr<AdminConnection> self) {
   bool go_on = true;
@@ -149,8 +152,25 @@ awaitable<bool> AdminConnection::on_command(FrameType type, proto::ByteView body
       co_return co_await ingest_commit(message.value().id);
     }
     default:
-      co_return end_with(ErrorCode::wrong_state, "this frame is not for the admin channel");
+      co_return co_await rule_command(type, body);
   }
+}
+
+awaitable<bool> AdminConnection::rule_command(FrameType type, proto::ByteView body) {
+  const auto outcome = co_await context_.rules.answer(type, body, peer_);
+  if (!outcome) co_return end_with(ErrorCode::wrong_state, "this frame is not for the admin channel");
+  if (const auto* error = std::get_if<proto::Error>(&*outcome)) co_return end_with(error->code, error->detail);
+  const auto& given = std::get<RuleCommands::Answer>(*outcome);
+  if (given.code != ErrorCode::none) {
+    log(given.command, "", "refused: " + given.text);
+    send_error(given.id, given.code, given.text);
+    co_return true;
+  }
+  // Looks at the queue come every second from whoever watches; they change nothing and fill no log.
+  if (given.changes) log(given.command, "", given.about);
+  auto frames = proto::encode_answer(given.id, given.json);
+  co_await answer(std::move(frames));
+  co_return true;
 }
 
 awaitable<void> AdminConnection::list(std::uint32_t id) {

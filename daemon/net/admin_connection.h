@@ -15,6 +15,7 @@
 #include "daemon/net/catalog.h"
 #include "daemon/net/channel.h"
 #include "daemon/net/limits.h"
+#include "daemon/net/rule_commands.h"
 #include "daemon/net/socket_state.h"
 #include "proto/admin.h"
 #include "proto/session.h"
@@ -27,6 +28,7 @@ struct AdminContext {
   const Limits& limits;
   std::string agent;
   std::function<StatusReport()> status;  ///< all but the number of meshes
+  RuleCommands& rules;
 };
 
 class AdminConnection {
@@ -57,6 +59,8 @@ class AdminConnection {
   awaitable<void> show(std::uint32_t id, std::string name);
   awaitable<void> remove(std::uint32_t id, std::string name);
   awaitable<void> status(std::uint32_t id);
+  /// A command about rule, queue or clients; false, and the connection is to end, if it is none or has not its form.
+  awaitable<bool> rule_command(proto::FrameType type, proto::ByteView body);
   awaitable<bool> ingest_begin(proto::IngestBegin message);
   awaitable<bool> ingest_data(proto::IngestDataView data);
   awaitable<bool> ingest_commit(std::uint32_t id);
@@ -70,6 +74,7 @@ class AdminConnection {
   void log(std::string_view command, std::string_view name, std::string_view result) const;
 
   const std::shared_ptr<Channel> channel_;
+  const PeerIdentity peer_;
   const std::string who_;
   AdminContext& context_;
   proto::SessionState state_ = proto::SessionState::fresh;

@@ -42,6 +42,11 @@ std::vector<OpenMeshes::Handle> OpenMeshes::of_mesh(store::MeshId mesh) const {
   return handles;
 }
 
+const OpenMesh* OpenMeshes::find(Handle handle) const {
+  const auto it = meshes_.find(handle);
+  return it == meshes_.end() ? nullptr : &it->second;
+}
+
 OpenMesh* OpenMeshes::find(Handle handle) {
   const auto it = meshes_.find(handle);
   return it == meshes_.end() ? nullptr : &it->second;

@@ -50,6 +50,7 @@ class OpenMeshes {
   [[nodiscard]] std::vector<Handle> of_mesh(store::MeshId mesh) const;
   /// nullptr if the handle was not given out. Stays valid until clear(), or until open() makes room.
   OpenMesh* find(Handle handle);
+  [[nodiscard]] const OpenMesh* find(Handle handle) const;
 
   /// What the client last asked for.
   [[nodiscard]] Handle last() const { return last_; }

@@ -48,4 +48,14 @@ struct ClientView {
   std::size_t running = 0;
 };
 
+/// A session as `clients` shows it.
+struct SessionView {
+  scheduler::SessionKey key = 0;
+  std::string address;
+  double connected_seconds = 0;
+  std::optional<std::string> mesh;  ///< the one that was asked for last
+  std::uint32_t level = 0;          ///< packets of it that are complete
+  std::uint32_t levels = 0;
+};
+
 }  // namespace pmcd::net

@@ -39,15 +39,19 @@ std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
 
 }  // namespace
 
-Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Policy policy,
+Server::Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, PolicySources policy,
                ServerOptions options)
     : options_(std::move(options)),
       tasks_(io.get_executor()),
       catalog_(tasks_, reader, writer, {options_.uploads, options_.limits.cache_bytes, options_.limits.grace}),
-      dispatcher_(std::move(policy), catalog_, tasks_, options_.limits),
+      policy_(tasks_.executor(), writer, std::move(policy),
+              [this](const scheduler::Policy& changed) { dispatcher_.switch_to(changed); }),
+      dispatcher_(policy_.policy(), catalog_, tasks_, options_.limits),
+      rule_commands_(policy_, dispatcher_, [this] { return session_views(); }),
       answers_(tasks_, options_.limits),
       context_{catalog_, dispatcher_, tokens_, answers_, options_.limits, 0, "pmcd " + options_.version, false},
-      admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); }},
+      admin_context_{catalog_, options_.limits, "pmcd " + options_.version, [this] { return status(); },
+                     rule_commands_},
       refusals_(tasks_, options_.limits, context_.log),
       requests_(io),
       data_(io),
@@ -252,6 +256,14 @@ void Server::close_listeners() {
   admin_.close(ignored);
   // Only our own file: somebody may have put another in its place.
   if (inode_of(options_.admin_socket) == admin_inode_) ::unlink(options_.admin_socket.c_str());
+}
+
+std::vector<SessionView> Server::session_views() const {
+  std::vector<SessionView> views;
+  for (const auto& [key, weak] : sessions_) {
+    if (const auto session = weak.lock(); session && !session->closed()) views.push_back(session->view(Clock::now()));
+  }
+  return views;
 }
 
 StatusReport Server::status() const {

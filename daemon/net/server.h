@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/net/address_table.h"
 #include "daemon/net/admin_connection.h"
@@ -18,10 +19,11 @@
 #include "daemon/net/join_table.h"
 #include "daemon/net/limits.h"
 #include "daemon/net/listener.h"
+#include "daemon/net/policy_keeper.h"
 #include "daemon/net/refusals.h"
+#include "daemon/net/rule_commands.h"
 #include "daemon/net/session.h"
 #include "daemon/net/task_group.h"
-#include "daemon/scheduler/scheduler.h"
 #include "daemon/store/store_thread.h"
 
 namespace pmcd::net {
@@ -40,7 +42,7 @@ class Server {
  public:
   /// REQUIRES: the io_context and the threads outlive the server, and once start() succeeded, drain() has ended before
   /// the server goes.
-  Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, scheduler::Policy policy,
+  Server(asio::io_context& io, store::StoreThread& reader, store::StoreThread& writer, PolicySources policy,
          ServerOptions options);
   ~Server();
   Server(const Server&) = delete;
@@ -56,6 +58,7 @@ class Server {
   [[nodiscard]] std::uint16_t request_port() const { return request_port_; }
   [[nodiscard]] std::uint16_t data_port() const { return context_.data_port; }
   [[nodiscard]] std::size_t sessions() const { return sessions_.size(); }
+  [[nodiscard]] const scheduler::Policy& policy() const { return dispatcher_.policy(); }
 
  private:
   void accept_request(TcpSocket socket);
@@ -73,11 +76,14 @@ class Server {
   awaitable<void> serve_admin(std::uint64_t key, std::shared_ptr<AdminConnection> connection);
   void close_listeners();
   StatusReport status() const;
+  std::vector<SessionView> session_views() const;
 
   const ServerOptions options_;
   TaskGroup tasks_;
   Catalog catalog_;
+  PolicyKeeper policy_;
   Dispatcher dispatcher_;
+  RuleCommands rule_commands_;
   JoinTable tokens_;
   AnswerWatch answers_;
   SessionContext context_;

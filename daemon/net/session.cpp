@@ -108,6 +108,19 @@ bool Session::on_hello(const proto::Frame& frame) {
   return true;
 }
 
+SessionView Session::view(Clock::time_point now) const {
+  SessionView view;
+  view.key = key_;
+  view.address = peer_;
+  view.connected_seconds = std::chrono::duration<double>(now - connected_at_).count();
+  if (const OpenMesh* mesh = requests_.last_mesh()) {
+    view.mesh = mesh->mesh->mesh.summary.name;
+    view.level = mesh->place;
+    view.levels = mesh->mesh->mesh.summary.packets;
+  }
+  return view;
+}
+
 awaitable<void> Session::run_data(std::shared_ptr<Channel> data) {
   const auto self = shared_from_this();
   data_ = std::move(data);

@@ -17,6 +17,7 @@
 #include "daemon/net/join_table.h"
 #include "daemon/net/log_budget.h"
 #include "daemon/net/mesh_source.h"
+#include "daemon/net/queue_view.h"
 #include "daemon/net/session_requests.h"
 #include "proto/session.h"
 
@@ -61,6 +62,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void mesh_retired(store::MeshId mesh, Duration grace);
 
   [[nodiscard]] std::uint64_t key() const { return key_; }
+  /// The session as an operator sees it.
+  [[nodiscard]] SessionView view(Clock::time_point now) const;
   /// Whether a line on something unreadable may be written now.
   [[nodiscard]] bool may_log_damage() { return context_.damage.take(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
@@ -88,6 +91,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   const std::uint64_t key_;
   const std::string peer_;
+  const Clock::time_point connected_at_ = Clock::now();
   const std::shared_ptr<Channel> request_channel_;
   std::shared_ptr<Channel> data_;
   SessionContext& context_;

@@ -47,6 +47,9 @@ class SessionRequests {
   /// The mesh was replaced or removed; its packets can be read for `grace` more.
   void mesh_retired(store::MeshId mesh, Duration grace);
 
+  /// The mesh that was asked for last; nullptr if none was.
+  [[nodiscard]] const OpenMesh* last_mesh() const { return meshes_.find(meshes_.last()); }
+
   /// The session is closed: nothing is sent any more, and the meshes are let go.
   void clear();
 

@@ -58,7 +58,8 @@ TEST_F(ProcessTest, CheckConfig) {
   std::ofstream(path) << "slots = 2\nrule = dice\n";
   const Ended bad = run({"--check-config", "--config", path});
   EXPECT_EQ(bad.code, 2);
-  EXPECT_EQ(bad.output, "pmcd: " + path + ":2: rule: \"dice\" is none of: fifo, lcfs, spf, fcsf, srpt, fsp, gain, fair\n");
+  EXPECT_EQ(bad.output,
+            "pmcd: " + path + ":2: rule: \"dice\" is none of: fifo, lcfs, spf, fcsf, srpt, fsp, gain, fair\n");
   EXPECT_EQ(::access("/var/lib/pmcd/meshes.db", F_OK), -1) << "checking opens no database";
 }
 

@@ -33,8 +33,8 @@ class ServerInThread {
     options.version = "test";
     options.limits = limits;
     options.uploads = uploads;
-    server_ = std::make_unique<net::Server>(io_, *reader_, *writer_,
-                                            std::move(policy), options);
+    net::PolicySources sources{scheduler::written(policy), {}, std::nullopt};
+    server_ = std::make_unique<net::Server>(io_, *reader_, *writer_, std::move(sources), options);
     const auto error = server_->start();
     EXPECT_FALSE(error) << *error;
     request_port_ = server_->request_port();

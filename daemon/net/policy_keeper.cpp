@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// Layers of policy, and the step from one to the next.
+#include "daemon/net/policy_keeper.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+
+#include "daemon/net/on_store.h"
+
+namespace pmcd::net {
+namespace {
+
+using scheduler::PolicyLayer;
+
+std::int64_t seconds_since_1970() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+/// What a row of the history says, or none if this daemon does not understand it.
+std::optional<PolicyLayer> layer_of(const store::RuleChange& change) {
+  auto options = scheduler::split_options(change.options);
+  if (!change.rule || !options) return std::nullopt;
+  PolicyLayer layer{change.rule, std::move(*options)};
+  if (scheduler::check(layer)) return std::nullopt;
+  return layer;
+}
+
+PolicyKeeper::Refusal refusal_of(const store::Error& error) {
+  using proto::ErrorCode;
+  const ErrorCode code = error.code == store::ErrorCode::version_changed  ? ErrorCode::version_changed
+                         : error.code == store::ErrorCode::unknown_change ? ErrorCode::unknown_change
+                                                                          : ErrorCode::storage_failed;
+  return {code, error.detail};
+}
+
+}  // namespace
+
+PolicyKeeper::PolicyKeeper(Executor executor, store::StoreThread& writer, PolicySources sources,
+                           std::function<void(const scheduler::Policy&)> apply)
+    : executor_(std::move(executor)),
+      writer_(writer),
+      command_line_(std::move(sources.command_line)),
+      config_file_(std::move(sources.config_file)),
+      apply_(std::move(apply)),
+      started_at_(seconds_since_1970()),
+      last_(std::move(sources.live)) {
+  if (last_ && last_->rule) {
+    live_ = layer_of(*last_);
+    if (!live_) {
+      spdlog::warn("the last live change of the rule, \"{} {}\", means nothing to this daemon and is left out",
+                   *last_->rule, last_->options);
+    }
+  }
+  resolved_ = resolve(live_, When::now);
+}
+
+scheduler::Resolved PolicyKeeper::resolve(const std::optional<PolicyLayer>& live, When when) const {
+  const PolicyLayer middle = live.value_or(PolicyLayer{});
+  if (when == When::now && changed_here_) return scheduler::resolve(std::array{middle, command_line_, config_file_});
+  return scheduler::resolve(std::array{command_line_, middle, config_file_});
+}
+
+PolicyKeeper::Report PolicyKeeper::report() const {
+  return report_of(resolved_, last_);
+}
+
+PolicyKeeper::Report PolicyKeeper::report_of(const scheduler::Resolved& resolved,
+                                             const std::optional<store::RuleChange>& live) const {
+  // The order of the layers, as resolve() puts them.
+  const std::size_t live_index = changed_here_ ? 0 : 1;
+  const auto name = [&](scheduler::Source source) -> std::string {
+    if (!source) return "default";
+    if (*source == live_index) return "live change";
+    return *source == 2 ? "config file" : "command line";
+  };
+  Report report;
+  report.policy = resolved.policy;
+  report.version = live ? live->number : 0;
+  report.since = started_at_;
+  report.rule_from = name(resolved.rule_from);
+  for (const auto& [option, source] : resolved.from) report.from.emplace_back(option, name(source));
+  const bool is_live =
+      resolved.rule_from == live_index || std::any_of(resolved.from.begin(), resolved.from.end(),
+                                                      [&](const auto& from) { return from.second == live_index; });
+  if (live && (is_live || changed_here_)) {
+    report.since = live->changed_at;
+    report.by = PeerIdentity{static_cast<uid_t>(live->uid), static_cast<pid_t>(live->pid)};
+  }
+  return report;
+}
+
+std::vector<std::string> PolicyKeeper::warnings(const std::optional<PolicyLayer>& live) const {
+  std::vector<std::string> warnings;
+  if (!live) return warnings;
+  const auto forget = [&](const std::string& flag, const std::string& value) {
+    warnings.push_back("a restart will forget " + value + ": " + flag + " stands on the command line");
+  };
+  if (command_line_.rule &&
+      scheduler::text_of(resolve(live, When::after_restart).policy) !=
+          scheduler::text_of(scheduler::resolve(std::array{*live, command_line_, config_file_}).policy) &&
+      *command_line_.rule != *live->rule) {
+    forget("--rule " + *command_line_.rule, "rule " + *live->rule);
+  }
+  for (const auto& [name, value] : live->options) {
+    const auto pinned = command_line_.options.find(name);
+    if (pinned != command_line_.options.end() && pinned->second != value) {
+      forget("--" + name + " " + pinned->second, name + "=" + value);
+    }
+  }
+  return warnings;
+}
+
+awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeeper::set(PolicyLayer layer,
+                                                                                       proto::ChangeTerms terms,
+                                                                                       PeerIdentity who) {
+  if (const auto error = scheduler::check(layer)) {
+    co_return Refusal{error->is_rule ? proto::ErrorCode::bad_rule : proto::ErrorCode::bad_option, error->sentence()};
+  }
+  std::optional<PolicyLayer> live = std::move(layer);
+  const std::optional<std::int64_t> reverts;
+  co_return co_await change(std::move(live), reverts, terms, who);
+}
+
+awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeeper::revert(std::uint64_t number,
+                                                                                          proto::ChangeTerms terms,
+                                                                                          PeerIdentity who) {
+  const auto wanted = static_cast<std::int64_t>(std::min<std::uint64_t>(number, INT64_MAX));
+  std::optional<PolicyLayer> layer;
+  const std::optional<std::int64_t> reverts = wanted;
+  if (number == 0) co_return co_await change(std::move(layer), reverts, terms, who);
+  auto work = [wanted](store::MeshStore& store) { return store.rules().find(wanted); };
+  const auto found = co_await on_store(executor_, writer_, std::move(work));
+  if (!found) co_return refusal_of(found.error());
+  if (found.value().rule) {
+    layer = layer_of(found.value());
+    if (!layer) {
+      co_return Refusal{proto::ErrorCode::bad_rule, "change " + std::to_string(number) + ", \"" + *found.value().rule +
+                                                        " " + found.value().options +
+                                                        "\", means nothing to this daemon"};
+    }
+  }
+  co_return co_await change(std::move(layer), reverts, terms, who);
+}
+
+awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeeper::change(
+    std::optional<PolicyLayer> layer, std::optional<std::int64_t> reverts, proto::ChangeTerms terms, PeerIdentity who) {
+  const std::int64_t version = last_ ? last_->number : 0;
+  if (terms.if_version && *terms.if_version != static_cast<std::uint64_t>(version)) {
+    co_return Refusal{proto::ErrorCode::version_changed, "the rule's version is " + std::to_string(version) + ", not " +
+                                                             std::to_string(*terms.if_version)};
+  }
+  Change change;
+  change.before = report();
+  change.warnings = warnings(layer);
+  store::RuleChange done{version, seconds_since_1970(), std::nullopt, "", who.uid, who.pid, reverts};
+  if (layer) {
+    done.rule = layer->rule;
+    done.options = scheduler::join_options(layer->options);
+  }
+  const bool same = layer == live_ && (changed_here_ || resolve(layer, When::after_restart).policy == policy());
+  if (same) {
+    change.after = change.before;
+    co_return change;
+  }
+  if (!terms.dry_run) {
+    const store::NewRuleChange row{done.rule, done.options, done.uid, done.pid, done.reverts};
+    std::optional<std::int64_t> if_version;
+    if (terms.if_version) if_version = static_cast<std::int64_t>(*terms.if_version);
+    auto work = [row, if_version](store::MeshStore& store) { return store.rules().append(row, if_version); };
+    const auto appended = co_await on_store(executor_, writer_, std::move(work));
+    if (!appended) co_return refusal_of(appended.error());
+    done = appended.value();
+    // Of two changes at once the one that the database has as the later one holds.
+    if (last_ && last_->number > done.number) {
+      change.changed = true;
+      change.after = report();
+      co_return change;
+    }
+  }
+  const bool was_changed_here = std::exchange(changed_here_, true);
+  auto resolved = resolve(layer, When::now);
+  change.after = report_of(resolved, done);
+  if (terms.dry_run) {
+    changed_here_ = was_changed_here;
+    co_return change;
+  }
+  live_ = std::move(layer);
+  last_ = std::move(done);
+  resolved_ = std::move(resolved);
+  change.changed = true;
+  apply_(resolved_.policy);
+  co_return change;
+}
+
+awaitable<store::Result<std::vector<store::RuleChange>>> PolicyKeeper::history(std::uint32_t most) {
+  auto work = [most](store::MeshStore& store) {
+    return store.rules().newest(most == 0 ? store::kMaxRuleChanges : most);
+  };
+  co_return co_await on_store(executor_, writer_, std::move(work));
+}
+
+}  // namespace pmcd::net
