@@ -20,6 +20,16 @@ void add_list(CLI::App& app, const Common& common, int& exit_code);
 void add_show(CLI::App& app, const Common& common, int& exit_code);
 void add_remove(CLI::App& app, const Common& common, int& exit_code);
 void add_status(CLI::App& app, const Common& common, int& exit_code);
+void add_rules(CLI::App& app, const Common& common, int& exit_code);
+void add_rule(CLI::App& app, const Common& common, int& exit_code);
+void add_set_rule(CLI::App& app, const Common& common, int& exit_code);
+void add_history(CLI::App& app, const Common& common, int& exit_code);
+void add_revert(CLI::App& app, const Common& common, int& exit_code);
+void add_queue(CLI::App& app, const Common& common, int& exit_code);
+void add_clients(CLI::App& app, const Common& common, int& exit_code);
+void add_explain(CLI::App& app, const Common& common, int& exit_code);
+void add_weight(CLI::App& app, const Common& common, int& exit_code);
+void add_watch(CLI::App& app, const Common& common, int& exit_code);
 
 /// Tells a failure: a line on stderr, or with --json an object {"error": {"code", "name", "text"}} on stdout. Answers
 /// its exit code.

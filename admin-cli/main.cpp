@@ -10,7 +10,7 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app{"pmcctl: stores meshes in a running pmcd and shows what it has"};
+  CLI::App app{"pmcctl: stores meshes in a running pmcd, shows what it has and says who is served next"};
   pmcd::admin::Common common;
   int exit_code = pmcd::admin::kDone;
   app.add_option("--socket", common.socket, "The daemon's admin socket")->envname("PMCD_SOCKET")->capture_default_str();
@@ -23,6 +23,16 @@ int run(int argc, char** argv) {
   pmcd::admin::add_show(app, common, exit_code);
   pmcd::admin::add_remove(app, common, exit_code);
   pmcd::admin::add_status(app, common, exit_code);
+  pmcd::admin::add_rules(app, common, exit_code);
+  pmcd::admin::add_rule(app, common, exit_code);
+  pmcd::admin::add_set_rule(app, common, exit_code);
+  pmcd::admin::add_history(app, common, exit_code);
+  pmcd::admin::add_revert(app, common, exit_code);
+  pmcd::admin::add_queue(app, common, exit_code);
+  pmcd::admin::add_clients(app, common, exit_code);
+  pmcd::admin::add_explain(app, common, exit_code);
+  pmcd::admin::add_weight(app, common, exit_code);
+  pmcd::admin::add_watch(app, common, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
