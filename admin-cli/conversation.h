@@ -23,7 +23,7 @@ class Conversation {
   template <typename M>
   std::variant<ordered_json, Failure> ask(M request) {
     request.id = ++last_id_;
-    return gather(proto::encode(request));
+    return gather(encode(request));  // by argument: messages live in several headers
   }
 
  private:
