@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reading options and weights. A weight is read digit by digit: a double would not have all thousandths.
+// Reading options, numbers and weights. A weight is read digit by digit: a double would not have all thousandths.
 #include "admin-cli/arguments.h"
 
 #include <algorithm>
+#include <charconv>
 
 namespace pmcd::admin {
 
@@ -24,6 +25,13 @@ std::optional<proto::RuleOptionText> parse_option(std::string_view text) {
   const std::string_view value = text.substr(equals + 1);
   if (value.size() > kMaxTextBytes) return std::nullopt;
   return proto::RuleOptionText{std::string(text.substr(0, equals)), std::string(value)};
+}
+
+std::optional<std::uint64_t> parse_number(std::string_view text) {
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
 }
 
 std::optional<std::uint32_t> parse_weight(std::string_view text) {

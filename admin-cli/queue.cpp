@@ -6,6 +6,7 @@
 #include <string>
 
 #include "admin-cli/arguments.h"
+#include "admin-cli/checks.h"
 #include "admin-cli/commands.h"
 #include "admin-cli/conversation.h"
 #include "admin-cli/queue_text.h"
@@ -43,7 +44,7 @@ void add_clients(CLI::App& app, const Common& common, int& exit_code) {
 void add_explain(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("explain", "Say why a client is next, or why it is not");
   const auto client = std::make_shared<std::uint64_t>(0);
-  sub->add_option("client", *client, kClientHelp)->required();
+  sub->add_option("client", *client, kClientHelp)->required()->check(is_number())->type_name("CLIENT");
   sub->callback([client, &common, &exit_code] {
     exit_code = run(common, "explain", proto::AdminExplain{0, *client},
                     [](const ordered_json& document) { print_lines(explain_lines(document)); });
@@ -54,7 +55,7 @@ void add_weight(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("weight", "Give a client more or less than the others, until it leaves");
   const auto client = std::make_shared<std::uint64_t>(0);
   const auto weight = std::make_shared<std::string>();
-  sub->add_option("client", *client, kClientHelp)->required();
+  sub->add_option("client", *client, kClientHelp)->required()->check(is_number())->type_name("CLIENT");
   sub->add_option("weight", *weight, "0.001 to 1000000; a client that was given none has 1")
       ->required()
       ->check(CLI::Validator(weight_complaint, "", "weight"));

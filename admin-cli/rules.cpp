@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "admin-cli/arguments.h"
+#include "admin-cli/checks.h"
 #include "admin-cli/commands.h"
 #include "admin-cli/conversation.h"
 #include "admin-cli/rule_text.h"
@@ -34,7 +35,9 @@ struct Change {
 
 void add_terms(CLI::App& sub, Change& change) {
   sub.add_flag("--dry-run", change.terms.dry_run, "Say what would change, and change nothing");
-  sub.add_option("--if-version", change.terms.if_version, "Only while the rule's version is this one")->type_name("V");
+  sub.add_option("--if-version", change.terms.if_version, "Only while the rule's version is this one")
+      ->check(is_number())
+      ->type_name("V");
 }
 
 void print_change(const ordered_json& document) {
@@ -106,7 +109,7 @@ void add_set_rule(CLI::App& app, const Common& common, int& exit_code) {
 void add_history(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("history", "Show past changes of the rule, the newest first");
   const auto most = std::make_shared<std::uint32_t>(0);
-  sub->add_option("--most", *most, "Show at most this many")->type_name("N");
+  sub->add_option("--most", *most, "Show at most this many")->check(is_number())->type_name("N");
   sub->callback([most, &common, &exit_code] {
     exit_code = run(common, "history", proto::AdminHistory{0, *most},
                     [](const ordered_json& document) { print_lines(history_lines(document)); });
@@ -117,7 +120,9 @@ void add_revert(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("revert", "Go back to the rule of a past change");
   const auto change = std::make_shared<Change>();
   sub->add_option("number", change->number, "The change, as in pmcctl history; 0: what the configuration says")
-      ->required();
+      ->required()
+      ->check(is_number())
+      ->type_name("N");
   add_terms(*sub, *change);
   sub->callback([change, &common, &exit_code] {
     exit_code = run(common, "revert", proto::AdminRevert{0, change->terms, change->number}, print_change);

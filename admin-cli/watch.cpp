@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "admin-cli/checks.h"
 #include "admin-cli/commands.h"
 #include "admin-cli/conversation.h"
 #include "admin-cli/screen.h"
@@ -102,7 +103,9 @@ void add_watch(CLI::App& app, const Common& common, int& exit_code) {
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str()
       ->type_name("S");
-  sub->add_option("--count", command->count, "End after this many")->check(CLI::PositiveNumber)->type_name("N");
+  sub->add_option("--count", command->count, "End after this many; without it, never")
+      ->check(is_number())
+      ->type_name("N");
   sub->callback([command, &common, &exit_code] {
     const auto failed = watch(common, *command);  // the screen is left before anything is told
     exit_code = failed ? report(common, "watch", *failed) : kDone;

@@ -31,7 +31,7 @@ def options_in_help(text):
 
 def commands_in_help(text):
     listed = text.partition("\nSubcommands:\n")[2].partition("\n\n")[0]
-    return re.findall(r"^  (\w+)", listed, re.MULTILINE)
+    return re.findall(r"^  ([\w-]+)", listed, re.MULTILINE)
 
 
 def options_by_command(variable):
@@ -46,7 +46,7 @@ def options_in_page(page):
     found = {"": set()}
     command = ""
     for line in page.splitlines():
-        if heading := re.match(r"\.S[sh] (?:pmc\w+ (\w+))?", line):
+        if heading := re.match(r"\.S[sh] (?:pmc\w+ ([\w-]+))?", line):
             command = heading[1] or ""
             found.setdefault(command, set())
         elif line.startswith(".It "):
