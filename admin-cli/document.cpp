@@ -40,7 +40,8 @@ std::optional<double> number_of(const ordered_json& object, const char* name) {
 
 std::size_t count_of(const ordered_json& object, const char* name) {
   const auto found = object.find(name);
-  return found != object.end() && found->is_number_unsigned() ? found->get<std::size_t>() : 0;
+  if (found == object.end() || !found->is_number_integer() || *found < 0) return 0;
+  return found->get<std::size_t>();
 }
 
 bool is_true(const ordered_json& object, const char* name) {
