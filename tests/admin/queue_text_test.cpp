@@ -38,9 +38,9 @@ TEST(QueueText, Clients) {
     {"client":12,"address":"10.0.0.9:5","speed_kbit":null,"taking_kbit":0,"weight":1,"bytes":0,"share":0,
      "mesh":null,"level":null,"levels":null,"waiting":1,"running":0,"connected_seconds":7500}]})");
   const Lines expected{
-      "client  address           speed       taking  weight    bytes   share  level  waiting  running   connected  "
+      "client  address           speed       taking  weight    bytes   share  level  waiting  running  connected  "
       "mesh",
-      "     7  10.0.0.7:5  33.6 kbit/s  12.0 kbit/s     2.5  34.1 kB  25.0 %   3/12        0        1      75.0 s  "
+      "     7  10.0.0.7:5  33.6 kbit/s  12.0 kbit/s     2.5  34.1 kB  25.0 %   3/12        0        1     75.0 s  "
       "bunny",
       "    12  10.0.0.9:5            -     0 kbit/s       1      0 B   0.0 %      -        1        0  2 h 5 min  -",
       "", "uplink: 5.00 Mbit/s"};
