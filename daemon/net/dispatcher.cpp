@@ -245,6 +245,7 @@ bool Dispatcher::may_go_on(Key key) {
   if (!running.begun || running.transfer.list || draining_) return true;
   if (!scheduler_.quantum_is_over(key, scheduler_now())) return true;
   if (scheduler_.yield(key, running.next, scheduler_now())) return true;
+  ++interruptions_;
   running.transfer.bytes.reset();
   running.stage = Stage::stopped;
   if (turn_of(running.transfer).channel->unwritten() > 0) {

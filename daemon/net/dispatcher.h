@@ -60,6 +60,8 @@ class Dispatcher {
   [[nodiscard]] const scheduler::Policy& policy() const { return scheduler_.policy(); }
   /// Bytes a second; 0: not known.
   [[nodiscard]] double uplink() const { return scheduler_.uplink(); }
+  /// Turns that a quantum has ended.
+  [[nodiscard]] std::uint64_t interruptions() const { return interruptions_; }
   /// What runs and what waits, at most `most` of them: see QueueView.
   [[nodiscard]] QueueView queue(std::size_t most) const;
   /// What is known of a session as a client.
@@ -138,6 +140,7 @@ class Dispatcher {
   std::unordered_set<scheduler::SessionKey> watched_;  ///< sessions with something running or not acknowledged
   std::unordered_set<Key> abandoned_;                  ///< transfers that are gone while the store reads for them
   Key next_key_ = 1;
+  std::uint64_t interruptions_ = 0;
   bool draining_ = false;
   bool pump_is_due_ = false;
   bool watching_ = false;

@@ -58,6 +58,8 @@ class Server {
   [[nodiscard]] std::uint16_t request_port() const { return request_port_; }
   [[nodiscard]] std::uint16_t data_port() const { return context_.data_port; }
   [[nodiscard]] std::size_t sessions() const { return sessions_.size(); }
+  /// Turns that a quantum has ended.
+  [[nodiscard]] std::uint64_t interruptions() const { return dispatcher_.interruptions(); }
   [[nodiscard]] const scheduler::Policy& policy() const { return dispatcher_.policy(); }
 
  private:

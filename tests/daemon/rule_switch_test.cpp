@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// The rule is changed while clients fetch: nothing is lost, nothing comes twice, and nobody waits for the change.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/scheduler/registry.h"
+#include "proto/admin_rules.h"
+#include "tests/daemon/raw_client.h"
+#include "tests/daemon/server_in_thread.h"
+#include "tests/sanitized.h"
+
+namespace pmcd::test {
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+proto::AdminSetRule random_policy(std::uint32_t id, std::mt19937& random) {
+  const auto one_of = [&random](const std::vector<std::string>& words) { return words[random() % words.size()]; };
+  const auto rules = scheduler::all_rules();
+  const scheduler::RuleEntry& rule = rules[random() % rules.size()];
+  proto::AdminSetRule message;
+  message.id = id;
+  message.rule = rule.name;
+  for (const scheduler::RuleOption& option : rule.options) {
+    message.options.push_back({std::string(option.name), one_of({option.words.begin(), option.words.end()})});
+  }
+  message.options.push_back({"quantum", one_of({"0", "1", "3", "50"})});
+  message.options.push_back({"aging", one_of({"0", "1"})});
+  message.options.push_back({"slots", one_of({"1", "2", "7", "auto"})});
+  message.options.push_back({"uplink", one_of({"0", "2000", "1000000"})});
+  return message;
+}
+
+TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
+  constexpr std::size_t kClients = 50;
+  const unsigned switches = rounds(1'000);
+  ServerInThread server;
+  const FakeMesh mesh = fake_mesh(1, {400, 900, 5'000, 20'000, 70'000, 300'000, 600'000});
+  ASSERT_EQ(RawAdmin::open(server.admin_socket()).ingest("m", mesh), "ok");
+
+  std::atomic<bool> over = false;
+  std::atomic<std::size_t> fetched = 0;
+  std::vector<std::thread> clients;
+  for (std::size_t i = 0; i < kClients; ++i) {
+    clients.emplace_back([&, i] {
+      // Buffers of many sizes, so that some come to a standstill in the middle of a chunk.
+      auto session = RawSession::open(server.request_port(), i % 3 == 0 ? 4'096 : 0);
+      do {
+        ASSERT_EQ(session.fetch("m"), mesh.packets) << "client " << i;
+        ++fetched;
+      } while (!over);
+    });
+  }
+
+  auto admin = RawAdmin::open(server.admin_socket());
+  std::mt19937 random(7);
+  std::vector<double> milliseconds;
+  std::uint64_t version = 0;
+  for (unsigned i = 0; i < switches; ++i) {
+    const auto message = random_policy(i + 1, random);
+    const auto asked = Clock::now();
+    const std::string text = admin.answer(proto::encode(message));
+    milliseconds.push_back(std::chrono::duration<double, std::milli>(Clock::now() - asked).count());
+    const json answer = json::parse(text);
+    ASSERT_EQ(answer["after"]["rule"], message.rule) << text;
+    if (answer["changed"]) ++version;
+    ASSERT_EQ(answer["after"]["version"], version);
+  }
+  over = true;
+  for (std::thread& client : clients) client.join();
+
+  EXPECT_GE(fetched, kClients);
+  const auto waiting = server.ask([](net::Server& one) { return one.interruptions(); });
+  EXPECT_GT(waiting, 0U) << "no transfer was interrupted";
+  std::sort(milliseconds.begin(), milliseconds.end());
+  const double median = milliseconds[milliseconds.size() / 2];
+  RecordProperty("switch_median_us", static_cast<int>(median * 1000));
+  RecordProperty("switch_p99_us", static_cast<int>(milliseconds[milliseconds.size() * 99 / 100] * 1000));
+  RecordProperty("fetched", static_cast<int>(fetched));
+  RecordProperty("interrupted", static_cast<int>(waiting));
+  if (!kSanitized) {
+    EXPECT_LT(median, 10) << "with the commit to the disk";
+  }
+}
+
+TEST(RuleSwitch, IsRefusedByNameAndTheOldRuleGoesOn) {
+  ServerInThread server;
+  auto admin = RawAdmin::open(server.admin_socket());
+  const auto set = [&](std::string rule, std::vector<proto::RuleOptionText> options) {
+    proto::AdminSetRule message;
+    message.id = 5;
+    message.rule = std::move(rule);
+    message.options = std::move(options);
+    return admin.answer(proto::encode(message));
+  };
+  EXPECT_EQ(json::parse(set("spf", {}))["after"]["text"], "spf aging=0 quantum=0 slots=1 uplink=0");
+  EXPECT_EQ(set("lottery", {}), "error: bad_rule");
+  EXPECT_EQ(set("spf", {{"burst", "2"}}), "error: bad_option");
+  EXPECT_EQ(set("fcsf", {{"burst", "3"}}), "error: bad_option");
+  EXPECT_EQ(set("fcsf", {{"burst", "2"}, {"burst", "1"}}), "error: bad_option");
+  EXPECT_EQ(set("fcsf", {{"quantum", "soon"}}), "error: bad_option");
+  const json rule = json::parse(admin.answer(proto::encode(proto::AdminRule{6})));
+  EXPECT_EQ(rule["rule"], "spf");
+  EXPECT_EQ(rule["version"], 1);
+  EXPECT_EQ(rule["by"]["uid"], ::getuid());
+  EXPECT_EQ(rule["by"]["pid"], ::getpid());
+  EXPECT_EQ(rule["sources"]["rule"], "live change");
+}
+
+TEST(RuleSwitch, GuardedAgainstALostUpdateAndBack) {
+  ServerInThread server;
+  auto admin = RawAdmin::open(server.admin_socket());
+  const auto set = [&](const std::string& rule, std::optional<std::uint64_t> if_version, bool dry_run = false) {
+    proto::AdminSetRule message;
+    message.id = 5;
+    message.rule = rule;
+    message.terms = {dry_run, if_version};
+    return admin.answer(proto::encode(message));
+  };
+  EXPECT_FALSE(json::parse(set("lcfs", 0, true))["changed"]) << "a dry run";
+  EXPECT_TRUE(json::parse(set("lcfs", 0))["changed"]);
+  EXPECT_EQ(set("fair", 0), "error: version_changed");
+  EXPECT_TRUE(json::parse(set("fair", 1))["changed"]);
+  EXPECT_FALSE(json::parse(set("fair", 2))["changed"]) << "nothing would differ";
+
+  proto::AdminRevert revert{9, {}, 1};
+  EXPECT_EQ(json::parse(admin.answer(proto::encode(revert)))["after"]["rule"], "lcfs");
+  revert.change = 0;
+  EXPECT_EQ(json::parse(admin.answer(proto::encode(revert)))["after"]["rule"], "fifo");
+  revert.change = 77;
+  EXPECT_EQ(admin.answer(proto::encode(revert)), "error: unknown_change");
+
+  const json history = json::parse(admin.answer(proto::encode(proto::AdminHistory{10, 0})))["changes"];
+  ASSERT_EQ(history.size(), 4U);
+  EXPECT_EQ(history[0]["number"], 4);
+  EXPECT_TRUE(history[0]["rule"].is_null());
+  EXPECT_EQ(history[0]["reverts"], 0);
+  EXPECT_EQ(history[1]["rule"], "lcfs");
+  EXPECT_EQ(history[1]["reverts"], 1);
+  EXPECT_EQ(history[3]["rule"], "lcfs");
+  EXPECT_TRUE(history[3]["reverts"].is_null());
+}
+
+/// A client that reads nothing keeps the one slot; what waits behind it is shown in the rule's order, with reasons.
+TEST(RuleSwitch, TheQueueShowsWhoIsNextAndWhy) {
+  ServerInThread server;
+  auto admin = RawAdmin::open(server.admin_socket());
+  ASSERT_EQ(admin.ingest("big", fake_mesh(1, {3'000'000, 100})), "ok");
+  ASSERT_EQ(admin.ingest("small", fake_mesh(2, {700, 100})), "ok");
+  auto stuck = RawSession::open(server.request_port(), 4'096);
+  stuck.open_mesh(1, "big");
+  ASSERT_TRUE(stuck.data.stirs(kPatience));
+  auto first = RawSession::open(server.request_port());
+  first.open_mesh(1, "big");
+  auto second = RawSession::open(server.request_port());
+  second.open_mesh(1, "small");
+
+  const auto queue = [&] { return json::parse(admin.answer(proto::encode(proto::AdminQueue{3}))); };
+  const auto waits = [&] { return queue()["waiting"] == 2; };
+  for (int tries = 0; tries < 200 && !waits(); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  json shown = queue()["requests"];
+  ASSERT_EQ(shown.size(), 3U);
+  EXPECT_EQ(shown[0]["state"], "running");
+  EXPECT_EQ(shown[0]["mesh"], "big");
+  EXPECT_EQ(shown[1]["mesh"], "big");
+  EXPECT_EQ(shown[1]["rank"], 1);
+  EXPECT_EQ(shown[2]["mesh"], "small");
+
+  proto::AdminSetRule spf;
+  spf.id = 4;
+  spf.rule = "spf";
+  EXPECT_TRUE(json::parse(admin.answer(proto::encode(spf)))["changed"]);
+  shown = queue()["requests"];
+  ASSERT_EQ(shown.size(), 3U);
+  EXPECT_EQ(shown[1]["mesh"], "small");
+  EXPECT_EQ(shown[1]["reason"], "packet of 722 B");
+  EXPECT_EQ(shown[2]["reason"], "packet of 3 MB");
+
+  const std::uint64_t client = shown[2]["client"];
+  const json why = json::parse(admin.answer(proto::encode(proto::AdminExplain{5, client})));
+  EXPECT_FALSE(why["next"]);
+  EXPECT_EQ(why["summary"], "client " + std::to_string(client) +
+                                " waits for packet 0 of \"big\" behind 1 other: packet of 3 MB; next is client " +
+                                std::to_string(shown[1]["client"].get<std::uint64_t>()) + ": packet of 722 B");
+  EXPECT_EQ(why["requests"].size(), 3U);
+  EXPECT_EQ(why["requests"][2]["mine"], true);
+  EXPECT_EQ(admin.answer(proto::encode(proto::AdminExplain{6, 4711})), "error: unknown_client");
+
+  const json clients = json::parse(admin.answer(proto::encode(proto::AdminClients{7})))["clients"];
+  ASSERT_EQ(clients.size(), 3U);
+  EXPECT_EQ(clients[1]["client"], client);
+  EXPECT_EQ(clients[1]["waiting"], 1);
+  EXPECT_EQ(clients[1]["mesh"], "big");
+  EXPECT_EQ(clients[1]["level"], 0);
+  EXPECT_EQ(clients[1]["levels"], 2);
+  EXPECT_TRUE(clients[1]["speed_kbit"].is_null());
+  const json weight = json::parse(admin.answer(proto::encode(proto::AdminWeight{8, client, 2'500})));
+  EXPECT_EQ(weight["before"], 1.0);
+  EXPECT_EQ(weight["weight"], 2.5);
+  EXPECT_EQ(json::parse(admin.answer(proto::encode(proto::AdminClients{9})))["clients"][1]["weight"], 2.5);
+}
+
+/// With a quantum a client that takes nothing loses its turn long before it is dropped.
+TEST(RuleSwitch, AQuantumPassesByAClientThatTakesNothing) {
+  net::Limits limits;
+  limits.stall = std::chrono::seconds(30);
+  scheduler::Policy policy;
+  policy.quantum = std::chrono::milliseconds(100);
+  ServerInThread server(limits, policy);
+  auto admin = RawAdmin::open(server.admin_socket());
+  const FakeMesh small = fake_mesh(2, {700, 100});
+  ASSERT_EQ(admin.ingest("big", fake_mesh(1, {3'000'000, 100})), "ok");
+  ASSERT_EQ(admin.ingest("small", small), "ok");
+  auto stuck = RawSession::open(server.request_port(), 4'096);
+  stuck.open_mesh(1, "big");
+  ASSERT_TRUE(stuck.data.stirs(kPatience));
+  auto other = RawSession::open(server.request_port());
+  const auto asked = Clock::now();
+  EXPECT_EQ(other.fetch("small"), small.packets);
+  EXPECT_LT(Clock::now() - asked, std::chrono::seconds(5));
+  const json queue = json::parse(admin.answer(proto::encode(proto::AdminQueue{3})));
+  ASSERT_EQ(queue["requests"].size(), 1U);
+  EXPECT_EQ(queue["requests"][0]["state"], "blocked");
+  // Once it reads again, it gets all of it, from where it was.
+  const RawTransfer transfer = stuck.next_transfer();
+  EXPECT_EQ(transfer.result, proto::TransferResult::complete);
+  EXPECT_EQ(transfer.bytes, fake_mesh(1, {3'000'000, 100}).packets[0]);
+}
+
+}  // namespace
+}  // namespace pmcd::test
