@@ -59,6 +59,7 @@ std::optional<store::MeshId> MemorySource::put(const std::string& name, const Co
   mesh->mesh.summary.id = id;
   mesh->mesh.summary.name = name;
   mesh->directory = content.directory;
+  mesh->profile = net::make_profile(mesh->mesh);
   meshes_[id] = {&content, std::move(mesh), {}};
   live_[name] = id;
   had_.emplace(name, content.mesh.summary.generation);

@@ -8,8 +8,10 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
+#include "daemon/scheduler/registry.h"
 #include "proto/messages.h"
 #include "tests/fuzz/check.h"
 #include "tests/fuzz/script.h"
@@ -109,8 +111,11 @@ class Play {
       case 8:
       case 9:
         return send(proto::encode(proto::Cancel{id()}));
-      case 10:
-        return send(proto::encode(proto::Ping{script_.u8()}));
+      case 10: {
+        const std::uint8_t choice = script_.u8();
+        if (choice < 64) return send(proto::encode(proto::Ping{choice}));
+        return rig_.switch_to(policy(choice));
+      }
       case 11:
         return any_frame();
       case 12:
@@ -157,6 +162,20 @@ class Play {
         if (script_.u8() % 16 == 0) rig_.drain();
         return;
     }
+  }
+
+  /// Any rule, with and without a quantum so short that each chunk is a turn, with and without aging.
+  static scheduler::Policy policy(std::uint8_t choice) {
+    static constexpr std::array<std::optional<std::size_t>, 3> kSlots{1, 3, std::nullopt};
+    scheduler::Policy policy;
+    const scheduler::RuleEntry& rule = scheduler::all_rules()[choice % 8];
+    policy.rule = rule.name;
+    for (const auto& option : rule.options) policy.rule_options.emplace(option.name, option.words[(choice >> 3) % 2]);
+    if ((choice & 16) != 0) policy.quantum = scheduler::Time{1};
+    if ((choice & 32) != 0) policy.aging = scheduler::Time{1};
+    policy.slots = kSlots[choice / 8 % 3];
+    policy.uplink = (choice & 64) != 0 ? 1'000 : 0;
+    return policy;
   }
 
   void ask_base() { send(proto::encode(proto::GetBaseMesh{id(), name()})); }

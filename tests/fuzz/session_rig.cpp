@@ -214,7 +214,8 @@ bool SessionRig::turn(std::size_t most) {
 }
 
 void SessionRig::check_daemon() {
-  check(dispatcher_.running() <= dispatcher_.policy().slots.value_or(scheduler::kMaxSlots), "more transfers run than there are slots");
+  most_slots_ = std::max(most_slots_, dispatcher_.policy().slots.value_or(scheduler::kMaxSlots));
+  check(dispatcher_.running() <= most_slots_, "more transfers run than there are slots");
   for (const auto& client : clients_) {
     const auto session = client->session.lock();
     const auto request = client->request_channel.lock();
@@ -227,6 +228,11 @@ void SessionRig::check_daemon() {
     check(!request || client->closed_at->first == at.first, "something is sent behind the end of a session");
     check(!data || client->closed_at->second == at.second, "data is sent behind the end of a session");
   }
+}
+
+void SessionRig::switch_to(scheduler::Policy policy) {
+  dispatcher_.switch_to(std::move(policy));
+  check_daemon();
 }
 
 void SessionRig::look(std::size_t number) {

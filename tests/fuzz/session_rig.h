@@ -71,6 +71,8 @@ class SessionRig {
 
   /// Sends any bytes; frames may be cut anywhere.
   void send(std::size_t client, proto::Channel channel, Input bytes);
+  /// The operator changes the rule.
+  void switch_to(scheduler::Policy policy);
   /// How much the client writes at a time.
   void set_piece(std::size_t client, std::size_t bytes) { clients_[client]->piece = bytes; }
   void close(std::size_t client, proto::Channel channel);
@@ -120,6 +122,7 @@ class SessionRig {
   bool round();
   void flush(Client& client);
 
+  std::size_t most_slots_ = 0;  ///< that any policy so far allowed
   net::Limits limits_;
   int socket_buffer_;
   net::asio::io_context io_;

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+// Where the policy comes from after a start: command line, then the last live change, then the config file.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "proto/admin_rules.h"
+#include "tests/daemon/daemon_process.h"
+#include "tests/daemon/raw_client.h"
+
+namespace pmcd::test {
+namespace {
+
+using nlohmann::json;
+
+json ask(const DaemonProcess& daemon, const proto::Bytes& request) {
+  return json::parse(RawAdmin::open(daemon.admin_socket()).answer(request));
+}
+
+json set_rule(const DaemonProcess& daemon, const std::string& rule, std::vector<proto::RuleOptionText> options) {
+  proto::AdminSetRule message;
+  message.id = 1;
+  message.rule = rule;
+  message.options = std::move(options);
+  return ask(daemon, proto::encode(message));
+}
+
+json rule_of(const DaemonProcess& daemon) {
+  return ask(daemon, proto::encode(proto::AdminRule{2}));
+}
+
+TEST(RuleRestart, ALiveChangeSurvivesKillAndGoesBeforeTheFile) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("pmcd.conf");
+  std::ofstream(file) << "rule = srpt\nrule-option = scope=packet\nquantum = 700\nuplink = 5000\n";
+  {
+    DaemonProcess daemon(folder.path(), {"--config", file});
+    const json first = rule_of(daemon);
+    EXPECT_EQ(first["text"], "srpt aging=0 quantum=700 scope=packet slots=1 uplink=5000");
+    EXPECT_EQ(first["sources"]["rule"], "config file");
+    EXPECT_EQ(first["sources"]["slots"], "default");
+    EXPECT_EQ(first["version"], 0);
+    EXPECT_TRUE(first["by"].is_null());
+    const json change = set_rule(daemon, "fcsf", {{"burst", "2"}, {"slots", "3"}});
+    EXPECT_EQ(change["changed"], true);
+    EXPECT_TRUE(change["warnings"].empty());
+    // The file's own options of its rule belong to that rule; what is common goes on from the file.
+    EXPECT_EQ(change["after"]["text"], "fcsf aging=0 burst=2 quantum=700 slots=3 uplink=5000");
+    daemon.kill();
+  }
+  DaemonProcess daemon(folder.path(), {"--config", file});
+  const json again = rule_of(daemon);
+  EXPECT_EQ(again["text"], "fcsf aging=0 burst=2 quantum=700 slots=3 uplink=5000");
+  EXPECT_EQ(again["version"], 1);
+  EXPECT_EQ(again["by"]["pid"], ::getpid());
+  EXPECT_EQ(again["sources"]["rule"], "live change");
+  EXPECT_EQ(again["sources"]["slots"], "live change");
+  EXPECT_EQ(again["sources"]["quantum"], "config file");
+  EXPECT_NE(daemon.log().find("rule fcsf aging=0 burst=2 quantum=700 slots=3 uplink=5000"), std::string::npos);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+TEST(RuleRestart, TheCommandLineGoesFirstAndAChangeWarnsOfIt) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> flags{"--rule", "spf", "--slots", "2"};
+  {
+    DaemonProcess daemon(folder.path(), flags);
+    const json change = set_rule(daemon, "fair", {{"slots", "5"}, {"quantum", "90"}});
+    EXPECT_EQ(change["after"]["text"], "fair aging=0 quantum=90 slots=5 uplink=0") << "now it counts";
+    EXPECT_EQ(change["warnings"], (json{"a restart will forget rule fair: --rule spf stands on the command line",
+                                        "a restart will forget slots=5: --slots 2 stands on the command line"}));
+    daemon.signal(SIGTERM);
+    EXPECT_EQ(daemon.wait(), 0);
+  }
+  DaemonProcess daemon(folder.path(), flags);
+  const json rule = rule_of(daemon);
+  EXPECT_EQ(rule["text"], "spf aging=0 quantum=90 slots=2 uplink=0");
+  EXPECT_EQ(rule["sources"]["rule"], "command line");
+  EXPECT_EQ(rule["sources"]["slots"], "command line");
+  EXPECT_EQ(rule["sources"]["quantum"], "live change");
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+}  // namespace
+}  // namespace pmcd::test
