@@ -50,12 +50,12 @@ TEST(Arguments, Weights) {
 }
 
 TEST(Arguments, EveryThousandthIsItself) {
-  rc::check("a weight written with three decimals is that weight", [] {
+  EXPECT_TRUE(rc::check("a weight written with three decimals is that weight", [] {
     const auto weight = *rc::gen::inRange<std::uint32_t>(1, proto::kMaxWeight + 1);
     char text[32];
     std::snprintf(text, sizeof text, "%u.%03u", weight / 1000, weight % 1000);
     RC_ASSERT(parse_weight(text) == weight);
-  });
+  }));
 }
 
 }  // namespace

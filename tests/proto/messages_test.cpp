@@ -109,7 +109,7 @@ TEST(Messages, ALaterMinorMayAddFieldsToTheVersionedOnes) {
 
 TEST(Messages, GarbageIsRefusedOrComesBackTheSame) {
   const std::vector<Sample> samples = all_samples();
-  rc::check("a decoder accepts only what its encoder would write", [&] {
+  EXPECT_TRUE(rc::check("a decoder accepts only what its encoder would write", [&] {
     const auto& s = samples[*rc::gen::inRange<std::size_t>(0, samples.size())];
     const auto raw = *rc::gen::container<std::vector<std::uint8_t>>(rc::gen::arbitrary<std::uint8_t>());
     Bytes body;
@@ -119,7 +119,7 @@ TEST(Messages, GarbageIsRefusedOrComesBackTheSame) {
     if (again.ok() && s.name.find("hello") == std::string::npos && s.name.find("join") == std::string::npos) {
       RC_ASSERT(to_hex(body_of(*again)) == to_hex(body));
     }
-  });
+  }));
 }
 
 TEST(Messages, AFlippedBitIsRefusedOrComesBackTheSame) {
@@ -137,7 +137,7 @@ TEST(Messages, AFlippedBitIsRefusedOrComesBackTheSame) {
 }
 
 TEST(Messages, RandomRequestsRoundTrip) {
-  rc::check("get_next_packet, mesh_opened, chunk, transfer_end, error", [] {
+  EXPECT_TRUE(rc::check("get_next_packet, mesh_opened, chunk, transfer_end, error", [] {
     const auto id = *rc::gen::inRange<std::uint32_t>(1, 0xffffffff);
     const auto handle = *rc::gen::inRange<std::uint32_t>(1, 0xffffffff);
     const GetNextPacket next{id, handle};
@@ -160,7 +160,7 @@ TEST(Messages, RandomRequestsRoundTrip) {
     const ErrorMessage error{id, static_cast<ErrorCode>(*rc::gen::inRange<std::uint16_t>(1, 0xffff)),
                              printable(*rc::gen::string<std::string>(), kMaxErrorTextBytes)};
     RC_ASSERT(decode<ErrorMessage>(body_of(encode(error))).value() == error);
-  });
+  }));
 }
 
 ErrorCode code_of(const Result<ChunkView>& result) {
