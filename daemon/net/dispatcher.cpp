@@ -261,6 +261,7 @@ void Dispatcher::wait_again(Key key) {
   auto node = running_.extract(key);
   Transfer& transfer = node.mapped().transfer;
   transfer.offset = node.mapped().next;
+  transfer.begun = true;
   std::erase(turn_of(transfer).running, key);
   scheduler_.unpark(key, scheduler_now());  // no effect when it was not parked
   waiting_.emplace(key, std::move(transfer));

@@ -87,7 +87,8 @@ std::string summary_of(const std::string& client, const QueueView& queue, const 
   const auto first = std::find_if(queue.requests.begin(), queue.requests.end(),
                                   [](const RequestView& request) { return request.rank == 1; });
   return client + " waits for " + what(*mine) + " behind " + std::to_string(mine->rank - 1) +
-         " others: " + mine->reason + "; next is client " + std::to_string(first->client) + ": " + first->reason;
+         (mine->rank == 2 ? " other: " : " others: ") + mine->reason + "; next is client " +
+         std::to_string(first->client) + ": " + first->reason;
 }
 
 }  // namespace

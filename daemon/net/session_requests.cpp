@@ -227,6 +227,12 @@ void SessionRequests::transfer_failed(const Transfer& transfer, const store::Err
   open.dead = code;
   open.busy.reset();
   for (const Ask& ask : std::exchange(open.line, {})) {
+    // What has chunks on the data channel ends behind them.
+    if (transfer.begun && ask.id == transfer.id) {
+      end(ask.id, proto::TransferResult::failed, code);
+      if (session_.closed()) return;
+      continue;
+    }
     refuse(ask.id, code, gone ? "the mesh was replaced or removed" : "the mesh cannot be read at present");
   }
 }
@@ -247,9 +253,9 @@ void SessionRequests::clear() {
   lists_.clear();
 }
 
-void SessionRequests::end(std::uint32_t id, proto::TransferResult result) {
+void SessionRequests::end(std::uint32_t id, proto::TransferResult result, ErrorCode code) {
   open_.end(id);
-  session_.send_on_data(proto::encode(proto::TransferEnd{id, result, ErrorCode::none}));
+  session_.send_on_data(proto::encode(proto::TransferEnd{id, result, code}));
 }
 
 void SessionRequests::refuse(std::uint32_t id, ErrorCode code, std::string_view text) {

@@ -37,7 +37,7 @@ class SessionRequests {
   void transfer_complete(const Transfer& transfer);
   /// No further chunk of it will be queued: its end goes behind those that were; the place stays.
   void transfer_cancelled(const Transfer& transfer);
-  /// It cannot be sent; no chunk of it was queued.
+  /// It cannot be sent, or not further. The requests behind it in the line of its mesh end too.
   void transfer_failed(const Transfer& transfer, const store::Error& error);
 
   /// For a transfer whose mesh is gone: where the same content is stored by now, which the handle then holds; none if
@@ -72,7 +72,7 @@ class SessionRequests {
   void advance(OpenMeshes::Handle handle);
   /// A transfer that was with the dispatcher is over; `transfer_end` is queued.
   void over(const Transfer& transfer);
-  void end(std::uint32_t id, proto::TransferResult result);
+  void end(std::uint32_t id, proto::TransferResult result, proto::ErrorCode code = proto::ErrorCode::none);
   void refuse(std::uint32_t id, proto::ErrorCode code, std::string_view text);
   void log_unreadable(const std::string& what, const store::Error& error);
   void refuse_unreadable(std::uint32_t id, const std::string& what, const store::Error& error);

@@ -72,7 +72,7 @@ DaemonProcess::DaemonProcess(const std::string& folder, std::vector<std::string>
   while (steady_clock::now() < deadline) {
     const std::string text = log();
     const std::size_t at = text.find(marker);
-    if (at != std::string::npos && text.find("rule fifo") != std::string::npos) {
+    if (at != std::string::npos && text.find(", rule ") != std::string::npos) {
       request_port_ = static_cast<std::uint16_t>(std::stoul(text.substr(at + marker.size())));
       return;
     }

@@ -390,7 +390,11 @@ void ClientModel::transfer_end(const proto::TransferEnd& end) {
       }
       break;
     case TransferResult::failed:
-      broken("a transfer fails behind its beginning");
+      // Only what was interrupted can fail behind its beginning: its packet is read anew for each turn.
+      check(request.begun && request.kind != Kind::list, "a transfer fails before its beginning");
+      check_reason(request, end.code);
+      if (handle != nullptr) handle->dead = true;
+      break;
   }
   open_.erase(end.id);
 }
