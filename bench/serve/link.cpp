@@ -38,7 +38,7 @@ void set_option(int fd, int level, int name, int value) {
 }  // namespace
 
 void fail(const std::string& text) {
-  std::fprintf(stderr, "serve_load: %s\n", text.c_str());
+  std::fprintf(stderr, "%s: %s\n", program_invocation_short_name, text.c_str());
   std::exit(1);
 }
 
