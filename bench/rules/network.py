@@ -148,6 +148,7 @@ class Network:
                 _ip("netns", "add", namespace)
                 self._made.append(namespace)
                 _ip("-n", namespace, "link", "set", "dev", "lo", "up")
+                self._write_setting(namespace, "ipv6/conf/all/disable_ipv6", "1")  # it would talk by itself
             self._make_uplink()
             for number, (namespace, line) in enumerate(zip(self.clients, self.lines), 1):
                 self._make_line(number, namespace, line)
@@ -170,7 +171,7 @@ class Network:
             _ip("-n", namespace, "address", "add", f"{address}/24", "dev", "uplink")
         _ip("-n", self.server, "route", "add", "default", "via", "10.83.0.2")
         _tbf(self.server, "uplink", self._uplink_kbit)
-        call_inside(self._router, lambda: pathlib.Path("/proc/sys/net/ipv4/ip_forward").write_text("1", "ascii"))
+        self._write_setting(self._router, "ipv4/ip_forward", "1")
 
     def _make_line(self, number, namespace, line):
         device = f"line{number}"
@@ -187,13 +188,16 @@ class Network:
             _tbf(side, device, kbit)
         _ip("-n", namespace, "route", "add", "default", "via", f"10.83.{number}.1")
 
+    @staticmethod
+    def _write_setting(namespace, name, value):
+        call_inside(namespace, lambda: pathlib.Path("/proc/sys/net", name).write_text(value, "ascii"))
+
     def _set_congestion_control(self):
         if not self._congestion:
             return
         for namespace in (self.server, *self.clients):
             try:
-                call_inside(namespace, lambda: pathlib.Path("/proc/sys/net/ipv4/tcp_congestion_control").write_text(
-                    self._congestion, "ascii"))
+                self._write_setting(namespace, "ipv4/tcp_congestion_control", self._congestion)
             except OSError as error:
                 raise NetworkError(f"the kernel does not take {self._congestion} for congestion control: "
                                    f"{error.strerror}") from None

@@ -59,16 +59,16 @@ def _stop(process):
 
 class Pmcd:
     """A daemon with its log in /dev/null, level info. It says by systemd's protocol that it is ready, and on which
-    port."""
+    port. `prefix`: words before the program's name, which must become the program, as `ip netns exec` does."""
 
-    def __init__(self, program, folder, core, options):
+    def __init__(self, program, folder, core, options, prefix=()):
         self.admin_socket = str(folder / "admin.sock")
         ready = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         ready.bind(str(folder / "ready.sock"))
         ready.setblocking(False)
         with ready:
             self._process = subprocess.Popen(
-                [str(program), "--database", str(folder / "meshes.db"), "--admin-socket", self.admin_socket,
+                [*prefix, str(program), "--database", str(folder / "meshes.db"), "--admin-socket", self.admin_socket,
                  "--request-port", "0", "--data-port", "0", "--log-level", "info", *options],
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                 preexec_fn=on_core(core), env={**os.environ, "NOTIFY_SOCKET": str(folder / "ready.sock")})
