@@ -11,6 +11,7 @@ _CHUNK_BYTES = 256 * 1024
 _END_BYTES = 13
 # Connect, hello, connect again, join, request: each waits for the one before.
 _ROUND_TRIPS = 5
+DELAYS_TO_REQUEST = 2 * _ROUND_TRIPS - 1
 
 FIGURES = ("packet 0", "10 %", "5 %", "1 %", "end")
 _SHARES = {"10 %": 0.1, "5 %": 0.05, "1 %": 0.01}
@@ -96,7 +97,7 @@ def mean(clients, uplink_kbit, meshes, figure):
         stream = stream_bytes(levels, packet_of(figure, levels))
         wire = stream + math.ceil(stream / network.SEGMENT_BYTES) * (network.HEADER_BYTES + network.ETHERNET_BYTES)
         # The last request is half a round trip before the first byte leaves.
-        release = client.arrival + (2 * _ROUND_TRIPS - 1) * client.line.delay_ms / 1000
+        release = client.arrival + DELAYS_TO_REQUEST * client.line.delay_ms / 1000
         jobs.append((release, wire * 8 / (uplink_kbit * 1000)))
     least_delay = min(client.line.delay_ms for client in clients) / 1000
     # The burst that the uplink lets through at once is there again after each pause, so it is given to each.

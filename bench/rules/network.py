@@ -40,28 +40,27 @@ class Line:
     down_kbit: float
     up_kbit: float
     delay_ms: float
+    queue_bytes: int  # that wait at most, each way
     loss: float = 0
 
-    def scaled(self, factor):
-        """Speeds times the factor; the way stays as long as it is, and so does its delay."""
-        return dataclasses.replace(self, down_kbit=self.down_kbit * factor, up_kbit=self.up_kbit * factor)
+    def scaled(self, speed, delay):
+        """Speeds times `speed`, delay divided by `delay`."""
+        return dataclasses.replace(self, down_kbit=self.down_kbit * speed, up_kbit=self.up_kbit * speed,
+                                   delay_ms=self.delay_ms / delay)
 
 
-# One way of a V.34 modem takes 60 to 100 ms, of interleaved ADSL 15 to 25.
-MODEM = Line("modem", 33.6, 33.6, 75)
-DSL_1024 = Line("1024/256", 1024, 256, 20)
-DSL_2048 = Line("2048/384", 2048, 384, 15)
+# One way of a V.34 modem takes 60 to 100 ms, of interleaved ADSL 15 to 25. Queues of a quarter of a second, or five
+# packets; a second on the uplink, whose boxes are known for it.
+MODEM = Line("modem", 33.6, 33.6, 75, 8000)
+DSL_1024 = Line("1024/256", 1024, 256, 20, 32000)
+DSL_2048 = Line("2048/384", 2048, 384, 15, 64000)
 UPLINK_KBIT = 256
+UPLINK_QUEUE_BYTES = 32000
 
 
 def burst_bytes(kbit):
     """What may go out at once: a packet, or what the rate brings in the 4 ms that a busy machine's timer is late."""
     return max(1600, round(kbit * 1000 / 8 * 0.004))
-
-
-def limit_bytes(kbit):
-    """What may wait: a quarter of a second, as lines to homes have it, and at least five packets."""
-    return max(8000, round(kbit * 1000 / 8 * 0.25))
 
 
 def missing():
@@ -75,7 +74,7 @@ def missing():
         return f"no network namespace can be made here: {error}"
     try:
         _ip("-n", name, "tuntap", "add", "dev", "try0", "mode", "tun")
-        _tbf(name, "try0", 1000)
+        _tbf(name, "try0", 1000, 32000)
     except NetworkError as error:
         return f"no tun device can be shaped here: {error}"
     finally:
@@ -94,9 +93,9 @@ def _ip(*words):
     _command("ip", *words)
 
 
-def _tbf(namespace, device, kbit):
+def _tbf(namespace, device, kbit, queue_bytes):
     _command("tc", "-n", namespace, "qdisc", "add", "dev", device, "root", "tbf", "rate", f"{round(kbit * 1000)}bit",
-             "burst", str(burst_bytes(kbit)), "limit", str(limit_bytes(kbit)))
+             "burst", str(burst_bytes(kbit)), "limit", str(queue_bytes))
 
 
 def inside(namespace):
@@ -170,7 +169,7 @@ class Network:
             _ip("-n", namespace, "link", "set", "dev", "uplink", "mtu", str(_MTU), "gso_max_segs", "1", "up")
             _ip("-n", namespace, "address", "add", f"{address}/24", "dev", "uplink")
         _ip("-n", self.server, "route", "add", "default", "via", "10.83.0.2")
-        _tbf(self.server, "uplink", self._uplink_kbit)
+        _tbf(self.server, "uplink", self._uplink_kbit, UPLINK_QUEUE_BYTES)
         self._write_setting(self._router, "ipv4/ip_forward", "1")
 
     def _make_line(self, number, namespace, line):
@@ -185,7 +184,7 @@ class Network:
         for side, own, other, kbit in ((self._router, 1, 2, line.down_kbit), (namespace, 2, 1, line.up_kbit)):
             _ip("-n", side, "address", "add", f"10.83.{number}.{own}", "peer", f"10.83.{number}.{other}", "dev", device)
             _ip("-n", side, "link", "set", "dev", device, "mtu", str(_MTU), "up")
-            _tbf(side, device, kbit)
+            _tbf(side, device, kbit, line.queue_bytes)
         _ip("-n", namespace, "route", "add", "default", "via", f"10.83.{number}.1")
 
     @staticmethod

@@ -99,7 +99,7 @@ def measure(relay_program, line, uplink_kbit, congestion=None, seconds=_SECONDS)
 
 def measure_loss(relay_program, loss, count=2000):
     """How many of `count` datagrams a line with this loss swallows on the way up."""
-    line = network.Line("loss", 100_000, 100_000, 0, loss)
+    line = network.Line("loss", 100_000, 100_000, 0, 64000, loss)
     net = network.Network(relay_program, [line], 100_000)
     try:
         with net, network.socket_inside(net.clients[0], socket.SOCK_DGRAM) as asking:
