@@ -43,7 +43,8 @@ class Rule:
     @classmethod
     def parse(cls, text):
         name, *options = text.split("+")
-        if not re.fullmatch(r"[a-z][a-z0-9_-]*", name) or not all(re.fullmatch(r"[\w-]+=[^=]+", one) for one in options):
+        if not (re.fullmatch(r"[a-z][a-z0-9_-]*", name)
+                and all(re.fullmatch(r"[\w-]+=[^=]+", option) for option in options)):
             raise ValueError(f"\"{text}\" is not NAME or NAME+OPTION=VALUE+...")
         return cls(text, name, tuple(options))
 
@@ -88,8 +89,8 @@ class Cells:
 
     def refusal(self, rule, mode):
         """What the daemon has against the rule in this mode, or None."""
-        done = subprocess.run([str(self.programs["pmcd"]), "--check-config", "--database", str(self.scratch / "none.db"),
-                               *self.daemon_options(rule, mode)],
+        done = subprocess.run([str(self.programs["pmcd"]), "--check-config", "--database",
+                               str(self.scratch / "none.db"), *self.daemon_options(rule, mode)],
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
         return None if done.returncode == 0 else (done.stderr or done.stdout).strip()
 

@@ -102,7 +102,8 @@ def draw(figures, key):
             if to_end is None:
                 svg.text(_LEFT + 4, top + lane - 2, f"client {client.number} did not end", 9, colour=colour)
                 continue
-            title = f"client {client.number}, {client.line.name}, {client.mesh}: 5 % {to_five:.2f} s, end {to_end:.2f} s"
+            title = (f"client {client.number}, {client.line.name}, {client.mesh}: "
+                     f"5 % {to_five:.2f} s, end {to_end:.2f} s")
             svg.bar(_LEFT, top, to_end * scale, lane - 1.5, colour, 0.35, title)
             svg.bar(_LEFT, top, to_five * scale, lane - 1.5, colour, 1, title)
             x = _LEFT + figures.bound(client, "end") * scale

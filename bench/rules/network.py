@@ -23,7 +23,7 @@ _MTU = 1500
 _counter = itertools.count()
 
 SERVER_ADDRESS = "10.83.0.1"
-# Of every packet on a line, beside the payload of TCP: IPv4 and TCP with time stamps. On the uplink Ethernet's head too.
+# Of every packet on a line, beside the payload of TCP: IPv4, and TCP with time stamps. On the uplink Ethernet's too.
 HEADER_BYTES = 52
 SEGMENT_BYTES = _MTU - HEADER_BYTES
 ETHERNET_BYTES = 14

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The report of a run as Markdown: what was done, a table for each experiment, and the verdicts. It measures nothing."""
+"""The report of a run as Markdown: what was done, a table for each experiment, and verdicts. It measures nothing."""
 
 import bounds
 import network
@@ -33,17 +33,21 @@ def _parameters(results):
 {_table(["line", "kbit/s down / up", "at this scale", "delay one way, ms", "queue, bytes"], rows)}
 
 Paper mode: one slot, no quantum, one request open per client. Our mode: `--slots auto --quantum \
-{parameters['quantum_ms']:g} --uplink {parameters['uplink_kbit']:g}`, up to four requests open. Each cell is a fresh daemon \
-in a network of its own: server, router and clients are network namespaces, rates are the kernel's tbf, delays \
-rules_relay's.
+{parameters['quantum_ms']:g} --uplink {parameters['uplink_kbit']:g}`, up to four requests open. Each cell is a \
+fresh daemon in a network of its own: server, router and clients are network namespaces, rates are the kernel's tbf, \
+delays rules_relay's.
 """
 
 
 def _meshes(results):
-    rows = [[name, mesh["file"], str(len(mesh["levels"])), f"{sum(level['bytes'] for level in mesh['levels']):,}",
-             ", ".join(f"{level['bytes']:,}" for level in mesh["levels"]),
-             " ".join(f"{bounds.packet_of(figure, mesh['levels'])}{'' if bounds.reached(figure, mesh['levels']) else '*'}"
-                      for figure in bounds.FIGURES)] for name, mesh in results["meshes"].items()]
+    def packet(figure, levels):
+        return f"{bounds.packet_of(figure, levels)}{'' if bounds.reached(figure, levels) else '*'}"
+
+    rows = []
+    for name, mesh in results["meshes"].items():
+        sizes = [level["bytes"] for level in mesh["levels"]]
+        rows.append([name, mesh["file"], str(len(sizes)), f"{sum(sizes):,}", ", ".join(f"{size:,}" for size in sizes),
+                     " ".join(packet(figure, mesh["levels"]) for figure in bounds.FIGURES)])
     return f"""## Meshes
 
 {_table(["mesh", "file", "packets", "bytes", "bytes of each", f"packet that brings {', '.join(bounds.FIGURES)}"], rows)}
@@ -140,8 +144,9 @@ mode. *stall*: mean end of the others when one stalls, against that when it leav
 
 
 def _notes(figures):
-    lines = [f"- experiment {key}, {rule}, {_MODES[mode]} mode: client {number} was faster than its bound for {figure}: "
-             f"{time:.3f} s, bound {bound:.3f} s" for key, rule, mode, number, figure, time, bound in figures.beaten()]
+    lines = [f"- experiment {key}, {rule}, {_MODES[mode]} mode: client {number} was faster than its bound for "
+             f"{figure}: {time:.3f} s, bound {bound:.3f} s"
+             for key, rule, mode, number, figure, time, bound in figures.beaten()]
     lines += [f"- experiment {key}, {rule}, {_MODES[mode]} mode: client {number} did not end: {why}"
               for key, rule, mode, number, why in figures.dropped()]
     return "## What went wrong\n\n" + "\n".join(lines) + "\n" if lines else ""
@@ -164,12 +169,13 @@ def write(figures, charts):
     parts += [_experiment(figures, key, charts.get(key)) for key in figures.experiments]
     parts.append(f"""## Bounds
 
-A client's bound: {bounds.DELAYS_TO_REQUEST + 1} one-way delays (connect, hello, connect, join and request wait for each
-other), then the bytes of the data channel up to that packet, in the fewest frames, at the rate of the client's line or of
-the uplink, whichever is slower. Each {network.SEGMENT_BYTES} bytes have {network.HEADER_BYTES} of IP and TCP before them,
-on the uplink also {network.ETHERNET_BYTES} of Ethernet; what tbf lets through at once is taken off. The bound of the mean is at
-least as strict: the k-th client to be ready cannot be so before the k-th of these bounds, nor before the k-th on an
-uplink that serves the shortest rest first.
+A client's bound: {bounds.DELAYS_TO_REQUEST + 1} one-way delays (connect, hello, connect, join and request wait for
+each other), then the bytes of the data channel up to that packet, in the fewest frames, at the rate of the client's
+line or of the uplink, whichever is slower. Each {network.SEGMENT_BYTES} bytes have {network.HEADER_BYTES} of IP and TCP
+before them, on the uplink also {network.ETHERNET_BYTES} of Ethernet; what tbf lets through at once is taken off.
+
+The bound of the mean is at least as strict: the k-th client to be ready cannot be so before the k-th of these bounds,
+nor before the k-th on an uplink that serves the shortest rest first.
 """)
     parts += [_verdicts(figures), _notes(figures)]
     return "\n".join(part for part in parts if part)

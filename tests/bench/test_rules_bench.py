@@ -52,8 +52,8 @@ class PacketTest(unittest.TestCase):
 
 class OwnBoundTest(unittest.TestCase):
     def test_counted_by_hand(self):
-        # 100 ms of handshake; one chunk of 100,000 bytes and its head of 34 in 70 segments on a line of 1,000,000 bytes a
-        # second, of which 4 ms go through at once.
+        # 100 ms of handshake; one chunk of 100,000 bytes and its head of 34 in 70 segments on a line of 1,000,000 bytes
+        # a second, of which 4 ms go through at once.
         mesh = levels(100_000)
         wire = 100_034 + 70 * 52 - 4_000
         self.assertAlmostEqual(bounds.own(FAST, 1e6, mesh, "end"), 0.1 + wire / 1e6)
@@ -127,7 +127,7 @@ class RuleTest(unittest.TestCase):
 
 
 def results(ends):
-    """A made-up run. `ends`: (experiment, rule, mode) to a function from client number to its end; 5 % is half of it."""
+    """A made-up run. `ends`: (experiment, rule, mode) to a client's end as a function of it; 5 % is half of it."""
     made = {key: experiments.make(key, (8, 1), 1, MESHES) for key in ("1", "2", "3", "4", "4-left")}
     cells = []
     for (key, rule, mode), end in ends.items():
