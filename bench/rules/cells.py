@@ -52,11 +52,14 @@ class Rule:
 class Cells:
     """The programs, meshes and figures that all cells have in common. `scratch` is removed by whoever made it."""
 
-    def __init__(self, programs, scratch, scale, quantum_ms, congestion, seed):
+    def __init__(self, programs, scratch, scale, *, quantum_ms=500, aging=None, congestion=None, seed=1):
         self.programs = programs
         self.scratch = scratch
         self.uplink_kbit = network.UPLINK_KBIT * scale
-        self.quantum_ms = quantum_ms
+        uplink = f"{self.uplink_kbit:g}"
+        self.ours = ["--slots", "auto", "--quantum", f"{quantum_ms:g}", "--uplink", uplink]
+        if aging is not None:
+            self.ours += ["--aging", f"{aging:g}"]
         self.congestion = congestion
         self.seed = seed
         self.meshes = {}
@@ -83,9 +86,7 @@ class Cells:
         options = ["--rule", rule.name]
         for option in rule.options:
             options += ["--rule-option", option]
-        if mode == "paper":
-            return options + ["--slots", "1"]
-        return options + ["--slots", "auto", "--quantum", f"{self.quantum_ms:g}", "--uplink", f"{self.uplink_kbit:g}"]
+        return options + (["--slots", "1"] if mode == "paper" else self.ours)
 
     def refusal(self, rule, mode):
         """What the daemon has against the rule in this mode, or None."""

@@ -52,8 +52,8 @@ def _legend(svg, lines):
         svg.bar(x, 46, 14, 8, colour)
         svg.bar(x + 14, 46, 20, 8, colour, 0.35)
         svg.text(x + 40, 54, name, 11)
-        x += 50 + 7 * len(name)
-    svg.text(x + 4, 54, "solid: to 5 % of the first level's error; pale: to the end; black tick: bound of the end", 11,
+        x += 58 + 7 * len(name)
+    svg.text(x, 54, "solid: to 5 % of the first level's error; pale: to the end; tick: bound of the end", 11,
              colour="#555")
 
 

@@ -54,7 +54,7 @@ def _known(cells, rules):
 
 def run(programs, scratch, rules):
     """`rules`: None for those of fifo and fcsf that the daemon knows. Raises CheckError, and what cells raise."""
-    cells = Cells(programs, scratch, _SCALE, 500, None, 1)
+    cells = Cells(programs, scratch, _SCALE)
     rules = _known(cells, rules)
     file = scratch / "sphere.ply"
     made = subprocess.run([str(programs["bumpy_sphere"]), str(_VERTICES), str(file)], stdin=subprocess.DEVNULL,

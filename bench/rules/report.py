@@ -32,8 +32,8 @@ def _parameters(results):
 
 {_table(["line", "kbit/s down / up", "at this scale", "delay one way, ms", "queue, bytes"], rows)}
 
-Paper mode: one slot, no quantum, one request open per client. Our mode: `--slots auto --quantum \
-{parameters['quantum_ms']:g} --uplink {parameters['uplink_kbit']:g}`, up to four requests open. Each cell is a \
+Paper mode: one slot, no quantum, one request open per client. Our mode: `{parameters['ours']}`, up to four requests \
+open. Each cell is a \
 fresh daemon in a network of its own: server, router and clients are network namespaces, rates are the kernel's tbf, \
 delays rules_relay's.
 """
@@ -97,7 +97,7 @@ Seconds from a client's start to {' / '.join(bounds.FIGURES)}. \
 """
     if chart:
         text += f"\n![time to 5 % and to the end]({chart})\n"
-    if crowd:
+    if crowd and chart:
         for figure in ("5 %", "end"):
             rows = [["bound", ""] + [_show(figures.bound(client, figure)) for client in clients]]
             rows += [[rule, _MODES[mode]] + [_show(time) for time in figures.times(key, rule, mode, figure)]

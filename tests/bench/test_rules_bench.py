@@ -137,7 +137,7 @@ def results(ends):
             times = dict.fromkeys(bounds.FIGURES, end(one) / 2) | {"end": end(one) if stays else None}
             clients.append({"number": one.number, "times": times, "ended": "complete" if stays else "stalled"})
         cells.append({"experiment": key, "rule": rule, "mode": mode, "clients": clients})
-    parameters = {"scale": 8, "delay_scale": 1, "quantum_ms": 500, "repeat": 1, "seed": 1, "jobs": 1,
+    parameters = {"scale": 8, "delay_scale": 1, "ours": "--slots auto", "repeat": 1, "seed": 1, "jobs": 1,
                   "uplink_kbit": 2048, "congestion": "reno"}
     return {"machine": "a machine", "version": "pmcd 0", "commit": "none", "parameters": parameters,
             "meshes": {name: {"file": f"{name}.off", "levels": mesh} for name, mesh in MESHES.items()},
