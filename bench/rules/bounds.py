@@ -55,6 +55,12 @@ def _on_uplink(stream, uplink_kbit):
     return _seconds(stream, uplink_kbit, network.HEADER_BYTES + network.ETHERNET_BYTES)
 
 
+def together(clients, uplink_kbit, meshes):
+    """Seconds that the uplink needs for all that these clients fetch."""
+    return _on_uplink(sum(stream_bytes(meshes[client.mesh], len(meshes[client.mesh]) - 1) for client in clients),
+                      uplink_kbit)
+
+
 def own(line, uplink_kbit, levels, figure):
     """Seconds from its start for a client that has the uplink to itself."""
     stream = stream_bytes(levels, packet_of(figure, levels))

@@ -23,6 +23,7 @@ from servers import Pmcd, ServerError
 MODES = {"paper": "paper mode", "ours": "our mode"}
 _OPEN = {"paper": 1, "ours": 4}
 _LOOK_SECONDS = 0.02
+_END_SECONDS = 20
 
 
 class CellError(Exception):
@@ -151,7 +152,10 @@ class Cells:
                 process.communicate()
 
     def _client_figures(self, client, process):
-        output, errors = process.communicate(timeout=20)
+        try:
+            output, errors = process.communicate(timeout=_END_SECONDS)
+        except subprocess.TimeoutExpired:
+            raise CellError(f"client {client.number} did not end when it was told to") from None
         if process.returncode != 0 or not output:
             raise CellError(f"client {client.number} ended with exit code {process.returncode}: {errors.strip()}")
         result = json.loads(output)

@@ -93,6 +93,7 @@ def _experiment(figures, key, chart):
 {_table(["rule", "mode", *groups, "mean"], rows)}
 
 Seconds from a client's start to {' / '.join(bounds.FIGURES)}. \
+All that they fetch takes the uplink {bounds.together(clients, figures.uplink_kbit, figures.meshes):.2f} s. \
 {'The shared uplink binds the mean of: ' + ', '.join(binding) + '.' if binding else 'The shared uplink binds no mean.'}
 """
     if chart:
@@ -109,7 +110,7 @@ Seconds from a client's start to {' / '.join(bounds.FIGURES)}. \
 
 
 def _says(verdict):
-    return {True: "**yes**", False: "**no**", None: "not measured"}[verdict.holds]
+    return {True: "**yes**", False: "**no**", None: "no figure"}[verdict.holds]
 
 
 def _verdicts(figures):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What was expected of the rules, judged by the figures of a run. A sentence holds, does not hold, or was not measured;
+"""What was expected of the rules, judged by the figures of a run. A sentence holds, does not hold, or has no figure;
 the numbers stand beside it."""
 
 import dataclasses
@@ -11,7 +11,7 @@ _OWN_SPEED = 2    # times the bound: a client has its speed
 @dataclasses.dataclass
 class Verdict:
     text: str
-    holds: bool | None  # None: not measured
+    holds: bool | None  # None: not measured, or a client did not end
     numbers: str
 
 
@@ -25,7 +25,7 @@ def _judged(text, values, holds):
     numbers = ", ".join(f"{name} {value:.2f}" for name, value in present.items())
     missing = [name for name, value in values.items() if value is None]
     if missing:
-        numbers += f"{'; ' if numbers else ''}not measured: {', '.join(missing)}"
+        numbers += f"{'; ' if numbers else ''}no figure for {', '.join(missing)}"
     return Verdict(text, None if missing else holds(values), numbers)
 
 
