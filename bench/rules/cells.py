@@ -4,6 +4,7 @@ what all cells share: the meshes, encoded once. It judges nothing."""
 
 import dataclasses
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -111,7 +112,7 @@ class Cells:
                 congestion = network.congestion_control(net)
                 relays = net.close()
         return {"experiment": experiment.key, "rule": rule.text, "mode": mode, "congestion": congestion,
-                "clients": clients, "relays": relays}
+                "load": os.getloadavg()[0], "clients": clients, "relays": relays}
 
     def _patience(self, experiment):
         """Longer than the clients can need, one after the other."""

@@ -150,6 +150,11 @@ def _notes(figures):
              for key, rule, mode, number, figure, time, bound in figures.beaten()]
     lines += [f"- experiment {key}, {rule}, {_MODES[mode]} mode: client {number} did not end: {why}"
               for key, rule, mode, number, why in figures.dropped()]
+    # A run by itself keeps well below one.
+    busy = [f"{cell['experiment']} {cell['rule']} {_MODES[cell['mode']]}" for cell in figures.results["cells"]
+            if cell.get("load", 0) > figures.results["parameters"]["jobs"]]
+    if busy:
+        lines.append(f"- something else ran on the machine, which disturbs the times: {', '.join(busy)}")
     return "## What went wrong\n\n" + "\n".join(lines) + "\n" if lines else ""
 
 

@@ -6,6 +6,7 @@ import dataclasses
 
 _DRAGGED = 0.8    # of the slowest client's time: the others are dragged along
 _OWN_SPEED = 2    # times the bound: a client has its speed
+_FAVOURED = 0.9   # times as long as under fifo: more than one run differs from another
 
 
 @dataclasses.dataclass
@@ -56,10 +57,12 @@ def paper(figures):
     yield _judged(f"fifo and lcfs drag all clients to the slowest one's time (experiment 1: the fast clients' mean end "
                   f"is at least {_DRAGGED:.0%} of the last one's)",
                   {"fifo": dragged(fifo), "lcfs": dragged(lcfs)}, lambda v: min(v.values()) >= _DRAGGED)
-    yield _judged("spf favours the small mesh (experiments 2 and 3: its end in bounds is nearer to 1 than under fifo)",
+    yield _judged(f"spf favours the small mesh (experiments 2 and 3: its end, in bounds, is at most {_FAVOURED:g} times "
+                  f"that under fifo)",
                   {f"{name}, experiment {key}": small(rule, key) for key in ("2", "3")
                    for name, rule in (("spf", spf), ("fifo", fifo))},
-                  lambda v: all(v[f"spf, experiment {key}"] < v[f"fifo, experiment {key}"] for key in ("2", "3")))
+                  lambda v: all(v[f"spf, experiment {key}"] <= _FAVOURED * v[f"fifo, experiment {key}"]
+                                for key in ("2", "3")))
     yield _judged(f"fcsf gives the fast clients their speed (experiments 1 and 2: their mean end is at most "
                   f"{_OWN_SPEED:g} times its bound)",
                   {f"{name}, experiment {key}": fast(rule, key) for key in ("1", "2")
