@@ -57,8 +57,8 @@ def paper(figures):
     yield _judged(f"fifo and lcfs drag all clients to the slowest one's time (experiment 1: the fast clients' mean end "
                   f"is at least {_DRAGGED:.0%} of the last one's)",
                   {"fifo": dragged(fifo), "lcfs": dragged(lcfs)}, lambda v: min(v.values()) >= _DRAGGED)
-    yield _judged(f"spf favours the small mesh (experiments 2 and 3: its end, in bounds, is at most {_FAVOURED:g} times "
-                  f"that under fifo)",
+    yield _judged(f"spf favours the small mesh (experiments 2 and 3: its end in bounds is at most {_FAVOURED:g} times "
+                  "that under fifo)",
                   {f"{name}, experiment {key}": small(rule, key) for key in ("2", "3")
                    for name, rule in (("spf", spf), ("fifo", fifo))},
                   lambda v: all(v[f"spf, experiment {key}"] <= _FAVOURED * v[f"fifo, experiment {key}"]
