@@ -142,8 +142,8 @@ mode. *stall*: mean end of the others when one stalls, against that when it leav
         text += f"""
 Best of these rules, by how many limits it keeps: **{rule}**. Chance has a part in it: in one run of eight daemons that
 were the same, means differed by up to 3 % in experiments 1 to 3 (5 % error of experiment 2: 11 %) and 9 % in experiment
-4, and the stall's ratio was 1.02 to 1.07. What differs by less is the same; each figure here is the median of that many runs: \
-{figures.results['parameters']['repeat']}.
+4, and the stall's ratio was 1.02 to 1.07; cells beside which a load ran are left out of that. Rules that differ by less
+are not told apart by one run; here a cell had {figures.results['parameters']['repeat']}.
 
 """
         text += _table(["expected", "holds", "figures"], rows) + "\n"
