@@ -31,6 +31,10 @@ struct Surroundings {
   double uplink = 0;  ///< bytes a second, as set or measured; 0: not known
 };
 
+/// Bytes a second that stand for an uplink of which nothing is known: of the magnitude of real ones, so that times
+/// reckoned with it can be compared with those reckoned later.
+inline constexpr double kUnknownUplink = 100'000;
+
 /// A waiting request and what the rule goes by, for people.
 struct Ranked {
   RequestKey key = 0;

@@ -16,8 +16,6 @@
 namespace pmcd::scheduler {
 namespace {
 
-constexpr double kUnknownUplink = 100'000;
-
 class Fsp final : public Rule {
  public:
   explicit Fsp(const Surroundings& surroundings) : surroundings_(surroundings) {}

@@ -22,7 +22,7 @@ class Srpt final : public KeyedRule<double> {
   [[nodiscard]] double speed_of(const Client& client) const {
     if (client.speed) return *client.speed;
     if (const auto median = surroundings_.clients.median_speed()) return *median;
-    return surroundings_.uplink > 0 ? surroundings_.uplink : 1;
+    return surroundings_.uplink > 0 ? surroundings_.uplink : kUnknownUplink;
   }
   [[nodiscard]] std::string reason(const double& key, const QueueOrder&, Time) const override {
     return seconds_text(key) + " left of the " + (scope_ == SrptScope::mesh ? "mesh" : "packet");
