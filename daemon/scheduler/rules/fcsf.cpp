@@ -3,6 +3,9 @@
 #include "daemon/scheduler/rules/fcsf.h"
 
 #include <algorithm>
+#include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "daemon/scheduler/keyed_rule.h"
 #include "daemon/scheduler/words.h"
@@ -16,44 +19,59 @@ class Fcsf final : public KeyedRule<double> {
 
   [[nodiscard]] std::string_view name() const override { return "fcsf"; }
 
-  [[nodiscard]] std::optional<RequestKey> next() const override { return follows_ ? follows_ : KeyedRule::next(); }
+  [[nodiscard]] std::optional<RequestKey> next() const override {
+    return follow_.empty() ? KeyedRule::next() : follow_.front();
+  }
 
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time now) const override {
     auto ranked = KeyedRule::ranking(most, now);
-    if (!follows_ || most == 0) return ranked;
-    std::erase_if(ranked, [this](const Ranked& one) { return one.key == *follows_; });
-    ranked.resize(std::min(ranked.size(), most - 1));
-    ranked.insert(ranked.begin(), {*follows_, "second of a burst to a fast client"});
+    std::erase_if(ranked, [this](const Ranked& one) { return follows(one.key); });
+    std::vector<Ranked> first;
+    for (const RequestKey key : follow_) first.push_back({key, "second of a burst to a fast client"});
+    ranked.insert(ranked.begin(), first.begin(), first.end());
+    ranked.resize(std::min(ranked.size(), most));
     return ranked;
   }
 
   void removed(const Request& request) override {
     KeyedRule::removed(request);
-    if (follows_ == request.key) follows_.reset();
+    followed_ = std::erase(follow_, request.key) > 0 ? request.key : 0;
   }
 
   void started(const Request& request, const Client&, Time) override {
-    // The slot is given: to the one that was to follow, which therefore is the second, or to another.
-    second_ = request.key == followed_ ? request.key : 0;
-    follows_.reset();
+    if (request.key == followed_) {
+      seconds_.emplace(request.key, request.session);
+    } else if (!follow_.empty()) {
+      follow_.erase(follow_.begin());  // a very old request has taken the slot that it was to have
+    }
     followed_ = 0;
   }
 
   void finished(const Request& request, const Client& client, Outcome outcome, std::span<const Request* const> waiting,
                 Time) override {
-    const bool was_second = request.key == second_;
-    if (was_second) second_ = 0;
-    if (burst_ < 2 || outcome != Outcome::complete || was_second || waiting.empty() || !client.speed) return;
+    const bool was_second = seconds_.contains(request.key);
+    if (outcome != Outcome::requeued) seconds_.erase(request.key);
+    if (burst_ < 2 || outcome != Outcome::complete || was_second || !client.speed) return;
     const auto median = surroundings_.clients.median_active_speed();
     if (median && *client.speed < *median) return;
-    const Request* next = *std::min_element(waiting.begin(), waiting.end(), [this](const auto* a, const auto* b) {
-      return std::pair(key_at(*a), QueueOrder::of(*a)) < std::pair(key_at(*b), QueueOrder::of(*b));
-    });
-    follows_ = next->key;
-    followed_ = next->key;
+    const Request* next = nullptr;
+    for (const Request* one : waiting) {
+      if (!follows(one->key) && (next == nullptr || place_of(*one) < place_of(*next))) next = one;
+    }
+    if (next != nullptr) follow_.push_back(next->key);
+  }
+
+  void session_gone(SessionKey session, Time) override {
+    std::erase_if(seconds_, [session](const auto& second) { return second.second == session; });
   }
 
  private:
+  [[nodiscard]] bool follows(RequestKey key) const {
+    return std::find(follow_.begin(), follow_.end(), key) != follow_.end();
+  }
+  [[nodiscard]] std::pair<double, QueueOrder> place_of(const Request& request) const {
+    return {key_at(request), QueueOrder::of(request)};
+  }
   [[nodiscard]] double key_of(const Request& request, const Client& client, Time) const override {
     return client.speed ? static_cast<double>(request.remaining_bytes()) / *client.speed : 0;
   }
@@ -63,9 +81,9 @@ class Fcsf final : public KeyedRule<double> {
 
   const std::uint32_t burst_;
   const Surroundings& surroundings_;
-  std::optional<RequestKey> follows_;  ///< waits, and goes before all others
-  RequestKey followed_ = 0;            ///< the same until a slot is given; 0: none
-  RequestKey second_ = 0;              ///< runs as the second of a burst
+  std::vector<RequestKey> follow_;  ///< wait, and go before all others: one a slot that came free, in that order
+  RequestKey followed_ = 0;         ///< stopped waiting just now, and stood there; 0: did not
+  std::unordered_map<RequestKey, SessionKey> seconds_;  ///< of bursts; they run, or have run and been interrupted
 };
 
 }  // namespace
