@@ -27,7 +27,7 @@ MeshProfile::MeshProfile(std::span<const Level> levels, double finest) : bytes_{
       gain = std::log2(vertices(levels[k]) / vertices(levels[k - 1]));
     }
     bytes_.push_back(bytes_.back() + levels[k].bytes);
-    gain_.push_back(gain_.back() + std::max(gain, 0.0));
+    gain_.push_back(gain_.back() + gain);
   }
 }
 

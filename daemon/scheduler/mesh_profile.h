@@ -26,8 +26,8 @@ class MeshProfile {
   [[nodiscard]] std::size_t packets() const { return bytes_.size() - 1; }
   /// Bytes of the packets behind `packet`. REQUIRES: packet < packets().
   [[nodiscard]] std::uint64_t bytes_behind(std::uint32_t packet) const { return bytes_.back() - bytes_[packet + 1]; }
-  /// By how many halvings of the error packet k brings the mesh forward: log2(error before / error after), at least 0;
-  /// 0 for the base packet, before which there is nothing. REQUIRES: packet < packets().
+  /// By how many halvings of the error packet k brings the mesh forward: log2(error before / error after), negative
+  /// where it gets worse; 0 for the base packet, before which there is nothing. REQUIRES: packet < packets().
   [[nodiscard]] double gain(std::uint32_t packet) const { return gain_[packet + 1] - gain_[packet]; }
   /// The steepest way forward from a packet of which `remaining` bytes are still to be sent: the largest ratio of gain
   /// to bytes over all runs of packets that begin with it; 0 if nothing gets better. REQUIRES: packet < packets(),
@@ -36,7 +36,7 @@ class MeshProfile {
 
  private:
   std::vector<std::uint64_t> bytes_;  ///< of the first k packets together
-  std::vector<double> gain_;          ///< the same for gains
+  std::vector<double> gain_;          ///< the same for gains; a level that is worse takes away what the next gives back
 };
 
 }  // namespace pmcd::scheduler
