@@ -21,12 +21,6 @@ class Fair final : public Rule {
 
   void enqueued(const Request& request, const Client& client, Time) override {
     Share& share = shares_[request.session];
-    if (share.waiting.empty() && share.running.empty() && !share.interrupted) {
-      // Credit is not saved up by asking for nothing.
-      share.credit = 0;
-      share.since = round_;
-    }
-    share.interrupted = false;
     unplace(share);
     settle(share);
     share.weight = client.weight;
@@ -37,6 +31,7 @@ class Fair final : public Rule {
   void removed(const Request& request) override {
     Share& share = shares_.at(request.session);
     unplace(share);
+    settle(share);
     share.waiting.erase(QueueOrder::of(request));
     place(share);
   }
@@ -84,11 +79,11 @@ class Fair final : public Rule {
     const auto bytes = static_cast<double>(request.remaining_bytes());
     // Rounds pass until its credit is enough, unless it went before its time (it was very old): then it owes.
     double round = std::max(round_, round_of(share, bytes));
-    if (!order_.empty()) round = std::min(round, std::max(round_, order_.begin()->round));
     unplace(share);
+    if (!order_.empty()) round = std::min(round, std::max(round_, order_.begin()->round));
+    share.credit += (round - round_) * a_round(share) - bytes;
     round_ = round;
-    settle(share);
-    share.credit -= bytes;
+    share.since = round_;
     share.running.emplace(request.key, request.offset_bytes);
     place(share);
   }
@@ -100,8 +95,8 @@ class Fair final : public Rule {
     if (turn.empty()) return;
     const std::uint64_t end = outcome == Outcome::complete ? request.size_bytes : request.offset_bytes;
     unplace(share);
+    settle(share);
     share.credit += static_cast<double>(request.size_bytes - end);
-    share.interrupted = outcome == Outcome::requeued;
     place(share);
   }
 
@@ -122,7 +117,6 @@ class Fair final : public Rule {
     double credit = 0;  ///< bytes, at the end of round `since`
     double since = 0;
     double weight = 1;
-    bool interrupted = false;  ///< its request comes back at once
     std::map<QueueOrder, const Request*> waiting;
     std::unordered_map<RequestKey, std::uint64_t> running;  ///< where each turn began
     std::optional<Place> place;
@@ -132,8 +126,11 @@ class Fair final : public Rule {
   [[nodiscard]] static double round_of(const Share& share, double bytes) {
     return share.since + std::max(0.0, std::ceil((bytes - share.credit) / a_round(share)));
   }
+  /// Rounds bring credit to those that wait. Who asks for nothing keeps what is left of it, which is his whenever he
+  /// comes back (most clients ask for one packet at a time), and gets none, but that it pays what he owes.
   void settle(Share& share) const {
-    share.credit += (round_ - share.since) * a_round(share);
+    const double settled = share.credit + (round_ - share.since) * a_round(share);
+    share.credit = share.waiting.empty() ? std::min(settled, std::max(share.credit, 0.0)) : settled;
     share.since = round_;
   }
   void unplace(Share& share) {
