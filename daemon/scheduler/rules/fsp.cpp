@@ -24,19 +24,26 @@ class Fsp final : public Rule {
 
   void enqueued(const Request& request, const Client& client, Time now) override {
     advance(now);
-    const auto [it, made] = ids_.try_emplace({request.session, request.mesh}, next_id_);
+    const auto [it, made] = jobs_.try_emplace({request.session, request.mesh}, Begun{next_id_, request.key});
+    auto& [job, begun_by] = it->second;
     if (made) {
       ++next_id_;
-      const auto bytes = static_cast<double>(request.remaining_bytes() + request.rest_bytes);
-      server_.add(it->second, std::max(bytes, 1.0), cap_of(client));
-      by_session_[request.session].insert(it->second);
+      by_session_[request.session].insert(job);
     }
-    waiting_[it->second].insert(QueueOrder::of(request));
-    server_.mark(it->second, true);
+    // A mesh asked for anew is a new job; a base packet that comes back to the queue is not.
+    const bool anew = request.packet == 0 && begun_by != request.key;
+    if (anew) server_.remove(job);
+    if (made || anew) {
+      begun_by = request.key;
+      const auto bytes = static_cast<double>(request.remaining_bytes() + request.rest_bytes);
+      server_.add(job, std::max(bytes, 1.0), cap_of(client));
+    }
+    waiting_[job].insert(QueueOrder::of(request));
+    server_.mark(job, true);
   }
 
   void removed(const Request& request) override {
-    const JobId job = ids_.at({request.session, request.mesh});
+    const JobId job = jobs_.at({request.session, request.mesh}).job;
     const auto it = waiting_.find(job);
     it->second.erase(QueueOrder::of(request));
     if (!it->second.empty()) return;
@@ -77,10 +84,10 @@ class Fsp final : public Rule {
                 Time now) override {
     advance(now);
     const bool over = outcome != Outcome::requeued && request.rest_bytes == 0;
-    const auto id = ids_.find({request.session, request.mesh});
-    if (!over || id == ids_.end() || waiting_.contains(id->second)) return;
-    const JobId job = id->second;
-    ids_.erase(id);
+    const auto it = jobs_.find({request.session, request.mesh});
+    if (!over || it == jobs_.end() || waiting_.contains(it->second.job)) return;
+    const JobId job = it->second.job;
+    jobs_.erase(it);
     if (server_.finished(job)) {
       forget(request.session, job);
     } else {
@@ -90,7 +97,7 @@ class Fsp final : public Rule {
 
   void session_gone(SessionKey session, Time now) override {
     advance(now);
-    ids_.erase(ids_.lower_bound({session, 0}), ids_.upper_bound({session, std::numeric_limits<MeshKey>::max()}));
+    jobs_.erase(jobs_.lower_bound({session, 0}), jobs_.upper_bound({session, std::numeric_limits<MeshKey>::max()}));
     if (auto jobs = by_session_.extract(session); !jobs.empty()) {
       for (const JobId job : jobs.mapped()) {
         ended_.erase(job);
@@ -101,6 +108,10 @@ class Fsp final : public Rule {
 
  private:
   using JobId = VirtualServer::JobId;
+  struct Begun {
+    JobId job = 0;
+    RequestKey by = 0;
+  };
 
   void advance(Time now) {
     double capacity = surroundings_.uplink;
@@ -128,7 +139,7 @@ class Fsp final : public Rule {
 
   const Surroundings& surroundings_;
   VirtualServer server_;
-  std::map<std::pair<SessionKey, MeshKey>, JobId> ids_;  ///< jobs that have not got all their bytes
+  std::map<std::pair<SessionKey, MeshKey>, Begun> jobs_;  ///< that have not got all their bytes
   std::unordered_map<SessionKey, std::set<JobId>> by_session_;
   std::unordered_map<JobId, std::set<QueueOrder>> waiting_;
   std::unordered_map<JobId, SessionKey> ended_;  ///< have all their bytes, and were not through in the virtual server
