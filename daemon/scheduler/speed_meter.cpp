@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sending is cut into parts that are long enough not to be at the mercy of a single segment; the speed is the fastest
-// of the last few.
+// Sending is cut into parts that are long enough not to be at the mercy of a single segment, and that end when an
+// acknowledgement comes: a slow line's come in bursts that lie far apart, and a part that ended between two of them
+// would be wrong by one. The speed is the fastest of the last few.
 #include "daemon/scheduler/speed_meter.h"
 
 #include <algorithm>
@@ -10,10 +11,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A part ends when both are reached, or the longest time.
+/// A part ends when both are reached, or the long time; or if nothing was acknowledged for so long, and from then on
+/// again each time the long time is over.
 constexpr std::uint64_t kPartBytes = 12'000;
 constexpr Time kPartTime = milliseconds(100);
-constexpr Time kLongestPart = milliseconds(1000);
+constexpr Time kLongPart = milliseconds(1000);
+constexpr Time kSilence = milliseconds(2000);
 
 double rate(std::uint64_t bytes, Time time) {
   return static_cast<double>(bytes) / std::max(std::chrono::duration<double>(time).count(), 1e-6);
@@ -38,9 +41,14 @@ void SpeedMeter::note(const SpeedSample& sample) {
 void SpeedMeter::count(std::uint64_t bytes, Time time) {
   bytes_ += bytes;
   time_ += time;
+  silent_ += time;
+  const bool silence = bytes == 0 && silent_ >= (stalled_ ? kLongPart : kSilence);
+  if (bytes == 0 && !silence) return;
   part_bytes_ += bytes;
-  part_time_ += time;
-  if ((part_bytes_ >= kPartBytes && part_time_ >= kPartTime) || part_time_ >= kLongestPart) close_part();
+  part_time_ += silent_;
+  silent_ = Time{0};
+  stalled_ = silence;
+  if (silence || (part_bytes_ >= kPartBytes && part_time_ >= kPartTime) || part_time_ >= kLongPart) close_part();
 }
 
 void SpeedMeter::close_part() {

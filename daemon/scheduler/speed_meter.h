@@ -52,8 +52,10 @@ class SpeedMeter {
 
   std::uint64_t bytes_ = 0;  ///< counted in all
   Time time_{0};
-  std::uint64_t part_bytes_ = 0;  ///< in the part that is being filled
+  std::uint64_t part_bytes_ = 0;  ///< in the part that is being filled, until its last acknowledgement
   Time part_time_{0};
+  Time silent_{0};                      ///< since then
+  bool stalled_ = false;                ///< the last part ended in silence, and none has broken it
   std::array<double, kParts> parts_{};  ///< rates of the last whole parts, in a ring
   std::size_t whole_ = 0;
   std::array<double, kRates> rates_{};  ///< of the kernel, since the part began, in a ring
