@@ -181,6 +181,7 @@ std::optional<std::map<std::string, std::string, std::less<>>> split_options(std
   std::map<std::string, std::string, std::less<>> options;
   while (!text.empty()) {
     const std::string_view word = text.substr(0, text.find(' '));
+    if (word.size() + 1 == text.size()) return std::nullopt;  // a blank, and nothing behind it
     text.remove_prefix(std::min(word.size() + 1, text.size()));
     const std::size_t equals = word.find('=');
     if (equals == std::string_view::npos || equals == 0) return std::nullopt;

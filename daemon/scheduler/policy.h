@@ -72,7 +72,7 @@ struct Resolved {
 /// rule, each common option of the first layer that has it. REQUIRES: check() found nothing in any of them.
 Resolved resolve(std::span<const PolicyLayer> layers);
 
-/// A policy as a layer that says everything, and as one line "fcsf burst=2 slots=1 quantum=0 aging=0 uplink=0".
+/// A policy as a layer that says everything, and as one line "fcsf aging=0 burst=2 quantum=0 slots=1 uplink=0".
 PolicyLayer written(const Policy& policy);
 std::string text_of(const Policy& policy);
 
