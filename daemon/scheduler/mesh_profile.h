@@ -29,6 +29,9 @@ class MeshProfile {
   /// By how many halvings of the error packet k brings the mesh forward: log2(error before / error after), negative
   /// where it gets worse; 0 for the base packet, before which there is nothing. REQUIRES: packet < packets().
   [[nodiscard]] double gain(std::uint32_t packet) const { return gain_[packet + 1] - gain_[packet]; }
+  /// By how many halvings the error has fallen since the first level for who has all packets before `packet`.
+  /// REQUIRES: 1 <= packet <= packets().
+  [[nodiscard]] double halvings(std::uint32_t packet) const { return gain_[packet] - gain_[1]; }
   /// The steepest way forward from a packet of which `remaining` bytes are still to be sent: the largest ratio of gain
   /// to bytes over all runs of packets that begin with it; 0 if nothing gets better. REQUIRES: packet < packets(),
   /// remaining > 0. [O(packets behind it)]

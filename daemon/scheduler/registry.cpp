@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 
 #include "daemon/scheduler/rules/fair.h"
 #include "daemon/scheduler/rules/fcsf.h"
@@ -21,7 +22,16 @@ constexpr std::array<std::string_view, 2> kBursts = {"1", "2"};
 constexpr std::array<std::string_view, 2> kScopes = {"mesh", "packet"};
 constexpr std::array kFcsfOptions = {
     RuleOption{"burst", kBursts, "packets in a row that a fast client may get when its next request already waits"}};
+constexpr std::array<std::string_view, 4> kPercents = {"0", "1", "5", "10"};
+constexpr std::array kGainOptions = {
+    RuleOption{"until", kPercents, "percent of its first error from which on a mesh only waits for its end; 0: never"}};
 constexpr std::array kSrptOptions = {RuleOption{"scope", kScopes, "what has to be nearest to its end"}};
+
+unsigned percent(const std::string& word) {
+  unsigned value = 0;
+  std::from_chars(word.data(), word.data() + word.size(), value);
+  return value;
+}
 
 using Options = const RuleOptions&;
 using Around = const Surroundings&;
@@ -48,10 +58,8 @@ constexpr std::array kRules = {
               "one after the other, in the order in which equal sharing would finish them",
               {},
               [](Options, Around around) { return make_fsp(around); }},
-    RuleEntry{"gain",
-              "the packet that takes away most visible error for its bytes; first packets first",
-              {},
-              [](Options, Around around) { return make_gain(around); }},
+    RuleEntry{"gain", "the packet that takes away most visible error for its bytes; first packets first", kGainOptions,
+              [](Options options, Around around) { return make_gain(percent(options.find("until")->second), around); }},
     RuleEntry{"fair",
               "equal bytes for all clients in turn, or by the weights that the operator gives",
               {},

@@ -25,15 +25,23 @@ enum class Outcome : std::uint8_t {
   requeued,  ///< interrupted; the rest waits again (enqueued() follows with the new queued_at)
 };
 
+/// Bytes a second that stand for an uplink of which nothing is known: of the magnitude of real ones, so that times
+/// reckoned with it can be compared with those reckoned later.
+inline constexpr double kUnknownUplink = 100'000;
+
 /// What a rule may look at beside the request and its client, at an event. REQUIRES: outlives the rule.
 struct Surroundings {
   const Clients& clients;
   double uplink = 0;  ///< bytes a second, as set or measured; 0: not known
-};
 
-/// Bytes a second that stand for an uplink of which nothing is known: of the magnitude of real ones, so that times
-/// reckoned with it can be compared with those reckoned later.
-inline constexpr double kUnknownUplink = 100'000;
+  /// The speed with which a client's time is reckoned, bytes a second: its own, or as long as it is not measured the
+  /// median of the measured ones, or the uplink's.
+  [[nodiscard]] double expected_speed(const Client& client) const {
+    if (client.speed) return *client.speed;
+    if (const auto median = clients.median_speed()) return *median;
+    return uplink > 0 ? uplink : kUnknownUplink;
+  }
+};
 
 /// A waiting request and what the rule goes by, for people.
 struct Ranked {

@@ -17,12 +17,7 @@ class Srpt final : public KeyedRule<double> {
  private:
   [[nodiscard]] double key_of(const Request& request, const Client& client, Time) const override {
     const std::uint64_t rest = scope_ == SrptScope::mesh ? request.rest_bytes : 0;
-    return static_cast<double>(request.remaining_bytes() + rest) / speed_of(client);
-  }
-  [[nodiscard]] double speed_of(const Client& client) const {
-    if (client.speed) return *client.speed;
-    if (const auto median = surroundings_.clients.median_speed()) return *median;
-    return surroundings_.uplink > 0 ? surroundings_.uplink : kUnknownUplink;
+    return static_cast<double>(request.remaining_bytes() + rest) / surroundings_.expected_speed(client);
   }
   [[nodiscard]] std::string reason(const double& key, const QueueOrder&, Time) const override {
     return seconds_text(key) + " left of the " + (scope_ == SrptScope::mesh ? "mesh" : "packet");
