@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace pmcd::scheduler {
 namespace {
@@ -15,36 +14,30 @@ constexpr double kNotable = 0.02;
 }  // namespace
 
 void RunningMedian::insert(double value) {
-  (low_.empty() || value <= *low_.rbegin() ? low_ : high_).insert(value);
+  (low_.empty() || value <= low_.back() ? low_ : high_).insert(value);
   balance();
 }
 
 void RunningMedian::erase(double value) {
-  auto& half = low_.empty() || value <= *low_.rbegin() ? low_ : high_;
-  const auto it = half.find(value);
-  // Equal values may stand in both halves.
-  if (it != half.end()) {
-    half.erase(it);
-  } else {
-    high_.erase(high_.find(value));
-  }
+  if (!low_.erase(value)) high_.erase(value);
   balance();
 }
 
 void RunningMedian::balance() {
   if (low_.size() > high_.size() + 1) {
-    const auto last = std::prev(low_.end());
-    high_.insert(*last);
+    const double last = low_.back();
+    high_.insert(last);
     low_.erase(last);
   } else if (high_.size() > low_.size()) {
-    low_.insert(*high_.begin());
-    high_.erase(high_.begin());
+    const double first = high_.front();
+    low_.insert(first);
+    high_.erase(first);
   }
 }
 
 std::optional<double> RunningMedian::median() const {
   if (low_.empty()) return std::nullopt;
-  return *low_.rbegin();
+  return low_.back();
 }
 
 const Client* Clients::find(SessionKey session) const {

@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <unordered_map>
 
 #include "daemon/scheduler/recent_rate.h"
 #include "daemon/scheduler/request.h"
+#include "daemon/scheduler/sorted_blocks.h"
 #include "daemon/scheduler/speed_meter.h"
 
 namespace pmcd::scheduler {
@@ -33,8 +33,8 @@ class RunningMedian {
 
  private:
   void balance();
-  std::multiset<double> low_;  ///< as many as, or one more than, the high ones
-  std::multiset<double> high_;
+  SortedBlocks<double> low_;  ///< as many as, or one more than, the high ones
+  SortedBlocks<double> high_;
 };
 
 class Clients {

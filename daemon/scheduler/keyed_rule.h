@@ -4,11 +4,11 @@
 #pragma once
 
 #include <compare>
-#include <set>
 #include <tuple>
 #include <unordered_map>
 
 #include "daemon/scheduler/rule.h"
+#include "daemon/scheduler/sorted_blocks.h"
 
 namespace pmcd::scheduler {
 
@@ -17,32 +17,36 @@ template <typename Key>
 class KeyedRule : public Rule {
  public:
   void enqueued(const Request& request, const Client& client, Time now) override {
-    places_.insert_or_assign(request.key, order_.insert({key_of(request, client, now), QueueOrder::of(request)}).first);
+    const Key key = key_of(request, client, now);
+    order_.insert({key, QueueOrder::of(request)});
+    keys_.insert_or_assign(request.key, key);
   }
   void removed(const Request& request) override {
-    const auto it = places_.find(request.key);
-    order_.erase(it->second);
-    places_.erase(it);
+    const auto it = keys_.find(request.key);
+    order_.erase({it->second, QueueOrder::of(request)});
+    keys_.erase(it);
   }
   [[nodiscard]] std::optional<RequestKey> next() const override {
     if (order_.empty()) return std::nullopt;
-    return order_.begin()->order.key;
+    return order_.front().order.key;
   }
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time now) const override {
     std::vector<Ranked> ranked;
-    for (auto it = order_.begin(); it != order_.end() && ranked.size() < most; ++it) {
-      ranked.push_back({it->order.key, reason(it->key, it->order, now)});
-    }
+    order_.each([&](const Place& place) {
+      if (ranked.size() == most) return false;
+      ranked.push_back({place.order.key, reason(place.key, place.order, now)});
+      return true;
+    });
     return ranked;
   }
   void client_changed(const Client& client, std::span<const Request* const> waiting, Time now) override {
     for (const Request* request : waiting) {
-      Iterator& place = places_.at(request->key);
+      Key& standing = keys_.at(request->key);
       const Key key = key_of(*request, client, now);
-      if (key == place->key) continue;
-      auto node = order_.extract(place);
-      node.value().key = key;
-      place = order_.insert(std::move(node)).position;
+      if (key == standing) continue;
+      order_.erase({standing, QueueOrder::of(*request)});
+      order_.insert({key, QueueOrder::of(*request)});
+      standing = key;
     }
   }
 
@@ -50,7 +54,7 @@ class KeyedRule : public Rule {
   [[nodiscard]] virtual Key key_of(const Request& request, const Client& client, Time now) const = 0;
   [[nodiscard]] virtual std::string reason(const Key& key, const QueueOrder& order, Time now) const = 0;
   /// The key under which a waiting request stands.
-  [[nodiscard]] const Key& key_at(const Request& request) const { return places_.at(request.key)->key; }
+  [[nodiscard]] const Key& key_at(const Request& request) const { return keys_.at(request.key); }
 
  private:
   struct Place {
@@ -58,10 +62,9 @@ class KeyedRule : public Rule {
     QueueOrder order;
     bool operator<(const Place& other) const { return std::tie(key, order) < std::tie(other.key, other.order); }
   };
-  using Iterator = typename std::set<Place>::iterator;
 
-  std::set<Place> order_;
-  std::unordered_map<RequestKey, Iterator> places_;
+  SortedBlocks<Place> order_;
+  std::unordered_map<RequestKey, Key> keys_;  ///< under which each stands
 };
 
 }  // namespace pmcd::scheduler

@@ -4,6 +4,7 @@
 #include "daemon/scheduler/scheduler.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace pmcd::scheduler {
@@ -73,7 +74,7 @@ bool Scheduler::withdraw(RequestKey key) {
 }
 
 std::optional<RequestKey> Scheduler::next(Time now) const {
-  if (policy_.aging && !ages_.empty() && now - ages_.begin()->first > *policy_.aging) return ages_.begin()->second.key;
+  if (policy_.aging && !ages_.empty() && now - ages_.front().first > *policy_.aging) return ages_.front().second.key;
   return rule_->next();
 }
 
@@ -220,16 +221,17 @@ void Scheduler::switch_to(Policy policy, Time now) {
 }
 
 std::vector<Ranked> Scheduler::ranking(std::size_t most, Time now) const {
-  if (!policy_.aging || ages_.empty() || now - ages_.begin()->first <= *policy_.aging) {
+  if (!policy_.aging || ages_.empty() || now - ages_.front().first <= *policy_.aging) {
     return rule_->ranking(most, now);
   }
   std::vector<Ranked> ranked;
   std::set<RequestKey> aged;
-  for (const auto& [asked_at, order] : ages_) {
-    if (now - asked_at <= *policy_.aging) break;
-    aged.insert(order.key);
-    if (ranked.size() < most) ranked.push_back({order.key, "older than the policy's aging"});
-  }
+  ages_.each([&](const Age& age) {
+    if (now - age.first <= *policy_.aging) return false;
+    aged.insert(age.second.key);
+    if (ranked.size() < most) ranked.push_back({age.second.key, "older than the policy's aging"});
+    return true;
+  });
   for (Ranked& one : rule_->ranking(ages_.size(), now)) {
     if (ranked.size() >= most) break;
     if (!aged.contains(one.key)) ranked.push_back(std::move(one));

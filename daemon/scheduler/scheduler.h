@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string_view>
 #include <unordered_map>
@@ -20,6 +19,7 @@
 #include "daemon/scheduler/policy.h"
 #include "daemon/scheduler/request.h"
 #include "daemon/scheduler/rule.h"
+#include "daemon/scheduler/sorted_blocks.h"
 #include "daemon/scheduler/uplink_meter.h"
 
 namespace pmcd::scheduler {
@@ -132,7 +132,7 @@ class Scheduler {
   UplinkMeter uplink_meter_;
   std::unique_ptr<Rule> rule_;
   Entries requests_;
-  std::set<Age> ages_;  ///< of the waiting ones
+  SortedBlocks<Age> ages_;  ///< of the waiting ones
   std::unordered_map<RequestKey, const Entry*> running_;
   /// The requests of a session, waiting or running: a handful each, because the network bounds what a session may open.
   std::unordered_map<SessionKey, std::vector<RequestKey>> by_session_;
