@@ -5,7 +5,6 @@
 #include "daemon/scheduler/virtual_server.h"
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -24,10 +23,10 @@ std::size_t index(State state) {
 void VirtualServer::place(JobId id, Job& job, State state, double tag) {
   job.state = state;
   job.tag = tag;
-  tags_[index(state)].emplace(tag, id);
-  if (job.marked) marked_tags_[index(state)].emplace(tag, id);
+  tags_[index(state)].insert({tag, id});
+  if (job.marked) marked_tags_[index(state)].insert({tag, id});
   if (state == State::finished) return;
-  caps_[index(state)].emplace(job.cap, id);
+  caps_[index(state)].insert({job.cap, id});
   if (state == State::capped) capped_rate_ += job.cap;
 }
 
@@ -58,15 +57,15 @@ double VirtualServer::share_of_all() const {
 void VirtualServer::level() {
   Order& capped = caps_[index(State::capped)];
   Order& sharing = caps_[index(State::sharing)];
-  while (!capped.empty() && std::prev(capped.end())->first > share_of_all()) {
-    const JobId id = std::prev(capped.end())->second;
+  while (!capped.empty() && capped.back().first > share_of_all()) {
+    const JobId id = capped.back().second;
     Job& job = jobs_.at(id);
     const double bytes = left(job);
     unplace(id, job);
     place(id, job, State::sharing, served_ + bytes);
   }
-  while (!sharing.empty() && sharing.begin()->first <= share_of_all()) {
-    const JobId id = sharing.begin()->second;
+  while (!sharing.empty() && sharing.front().first <= share_of_all()) {
+    const JobId id = sharing.front().second;
     Job& job = jobs_.at(id);
     const double bytes = left(job);
     unplace(id, job);
@@ -115,7 +114,7 @@ void VirtualServer::mark(JobId id, bool marked) {
   job.marked = marked;
   Order& order = marked_tags_[index(job.state)];
   if (marked) {
-    order.emplace(job.tag, id);
+    order.insert({job.tag, id});
   } else {
     order.erase({job.tag, id});
   }
@@ -126,7 +125,7 @@ double VirtualServer::sharing_finish(double tag) const {
 }
 
 void VirtualServer::finish_first(State state) {
-  const JobId id = tags_[index(state)].begin()->second;
+  const JobId id = tags_[index(state)].front().second;
   Job& job = jobs_.at(id);
   unplace(id, job);
   place(id, job, State::finished, ++finished_count_);
@@ -137,8 +136,8 @@ void VirtualServer::advance(double now) {
   while (true) {
     const Order& capped = tags_[index(State::capped)];
     const Order& sharing = tags_[index(State::sharing)];
-    const double capped_at = capped.empty() ? kInfinite : capped.begin()->first;
-    const double sharing_at = sharing.empty() ? kInfinite : sharing_finish(sharing.begin()->first);
+    const double capped_at = capped.empty() ? kInfinite : capped.front().first;
+    const double sharing_at = sharing.empty() ? kInfinite : sharing_finish(sharing.front().first);
     const double next = std::min(capped_at, sharing_at);
     const double until = std::max(now_, std::min(next, now));
     served_ += share_ * (until - now_);
@@ -166,14 +165,13 @@ VirtualServer::Finish VirtualServer::finish(JobId id) const {
 
 std::optional<VirtualServer::JobId> VirtualServer::next_marked() const {
   const Order& finished = marked_tags_[index(State::finished)];
-  if (!finished.empty()) return finished.begin()->second;
+  if (!finished.empty()) return finished.front().second;
   const Order& capped = marked_tags_[index(State::capped)];
   const Order& sharing = marked_tags_[index(State::sharing)];
   if (capped.empty() && sharing.empty()) return std::nullopt;
-  if (sharing.empty()) return capped.begin()->second;
-  if (capped.empty()) return sharing.begin()->second;
-  return capped.begin()->first <= sharing_finish(sharing.begin()->first) ? capped.begin()->second
-                                                                         : sharing.begin()->second;
+  if (sharing.empty()) return capped.front().second;
+  if (capped.empty()) return sharing.front().second;
+  return capped.front().first <= sharing_finish(sharing.front().first) ? capped.front().second : sharing.front().second;
 }
 
 double VirtualServer::rate(JobId id) const {

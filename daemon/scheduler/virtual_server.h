@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <unordered_map>
+#include <utility>
+
+#include "daemon/scheduler/sorted_blocks.h"
 
 namespace pmcd::scheduler {
 
@@ -55,7 +57,7 @@ class VirtualServer {
     double cap = 0;
     bool marked = false;
   };
-  using Order = std::set<std::pair<double, JobId>>;
+  using Order = SortedBlocks<std::pair<double, JobId>>;
 
   void place(JobId id, Job& job, State state, double tag);
   void unplace(JobId id, const Job& job);

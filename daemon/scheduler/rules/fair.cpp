@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <tuple>
 #include <unordered_map>
 
+#include "daemon/scheduler/sorted_blocks.h"
 #include "daemon/scheduler/words.h"
 
 namespace pmcd::scheduler {
@@ -38,13 +38,13 @@ class Fair final : public Rule {
 
   [[nodiscard]] std::optional<RequestKey> next() const override {
     if (order_.empty()) return std::nullopt;
-    return order_.begin()->head.key;
+    return order_.front().head.key;
   }
 
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time) const override {
     // Who goes next is exact; further back each session's requests are taken to follow each other in its own rounds.
     std::vector<std::tuple<double, QueueOrder, const Share*>> lines;
-    for (const Place& place : order_) {
+    order_.each([&](const Place& place) {
       const Share& share = shares_.at(place.head.session);
       double needed = 0;
       for (const auto& [order, request] : share.waiting) {
@@ -52,7 +52,8 @@ class Fair final : public Rule {
         lines.emplace_back(round_of(share, needed), order, &share);
         if (lines.size() >= 4 * most) break;
       }
-    }
+      return true;
+    });
     std::sort(lines.begin(), lines.end());
     std::vector<Ranked> ranked;
     for (const auto& [round, order, share] : lines) {
@@ -80,7 +81,7 @@ class Fair final : public Rule {
     // Rounds pass until its credit is enough, unless it went before its time (it was very old): then it owes.
     double round = std::max(round_, round_of(share, bytes));
     unplace(share);
-    if (!order_.empty()) round = std::min(round, std::max(round_, order_.begin()->round));
+    if (!order_.empty()) round = std::min(round, std::max(round_, order_.front().round));
     share.credit += (round - round_) * a_round(share) - bytes;
     round_ = round;
     share.since = round_;
@@ -146,7 +147,7 @@ class Fair final : public Rule {
 
   double round_ = 0;
   std::unordered_map<SessionKey, Share> shares_;
-  std::set<Place> order_;
+  SortedBlocks<Place> order_;
 };
 
 }  // namespace
