@@ -46,6 +46,8 @@ DataLine::News DataLine::look(Clock::time_point now) {
     if (const auto info = tcp_info(channel_.native_handle())) {
       round_trip_ = info->least_round_trip;
       news.sample.round_trip = round_trip_;
+      // What came behind a lost segment is with the client, but acknowledged only later, and then all at once.
+      news.sample.acknowledged = std::min(news.sample.acknowledged + info->sacked_bytes, channel_.queued_position());
       if (!info->application_limited) news.sample.delivery_rate = info->delivery_rate;
       // The last acknowledgement may have come long before this look.
       if (!news.sample.owes) news.sample.now -= info->last_acknowledged;

@@ -55,6 +55,14 @@ QueueView Dispatcher::queue(std::size_t most) const {
     one.reason = ranked.reason;
     add(std::move(one));
   }
+  for (const auto& [key, transfer] : waiting_) {
+    if (queue.requests.size() == most) break;
+    if (!scheduler_.is_held(key)) continue;
+    RequestView one = view(transfer, *scheduler_.find(key));
+    one.state = RequestView::State::blocked;
+    one.reason = "its client is being served";
+    queue.requests.push_back(std::move(one));
+  }
   queue.more = queue.waiting + queue.running - queue.requests.size();
   return queue;
 }

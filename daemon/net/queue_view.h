@@ -31,7 +31,8 @@ struct RequestView {
   std::string reason;
 };
 
-/// Running ones first, then blocked ones, then the waiting in the order in which they would go now.
+/// Running ones first, then interrupted ones, then the waiting in the order in which they would go now, then those that
+/// are held back by others of their client.
 struct QueueView {
   std::size_t waiting = 0;  ///< of all, blocked ones among them
   std::size_t running = 0;

@@ -21,6 +21,7 @@ std::optional<TcpInfo> tcp_info(int socket) {
   if (::getsockopt(socket, kTcpLevel, TCP_INFO, &raw, &length) != 0) return std::nullopt;
   TcpInfo info;
   info.last_acknowledged = std::chrono::milliseconds(raw.tcpi_last_ack_recv);
+  info.sacked_bytes = std::uint64_t{raw.tcpi_sacked} * raw.tcpi_snd_mss;
   constexpr std::size_t kNeeded = offsetof(::tcp_info, tcpi_delivery_rate) + sizeof raw.tcpi_delivery_rate;
   if (length < kNeeded) return info;
   info.delivery_rate = static_cast<double>(raw.tcpi_delivery_rate);

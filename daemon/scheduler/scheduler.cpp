@@ -40,7 +40,39 @@ bool Scheduler::enqueue(Request request, Time now) {
   return true;
 }
 
+bool Scheduler::is_to_be_held(const Request& request) const {
+  if (policy_.slots) return false;
+  const auto keys = by_session_.find(request.session);
+  return std::any_of(keys->second.begin(), keys->second.end(), [this](RequestKey key) { return is_running(key); });
+}
+
+void Scheduler::hold_or_release(SessionKey session, Time now) {
+  const auto keys = by_session_.find(session);
+  if (keys == by_session_.end()) return;
+  for (const RequestKey key : keys->second) {
+    Entry& entry = requests_.at(key);
+    if (entry.state != State::waiting && entry.state != State::held) continue;
+    const bool hold = is_to_be_held(entry.request);
+    if (hold == (entry.state == State::held)) continue;
+    if (hold) {
+      leave(entry);
+      entry.state = State::held;
+    } else {
+      join(entry, now);
+    }
+  }
+}
+
+bool Scheduler::is_held(RequestKey key) const {
+  const auto it = requests_.find(key);
+  return it != requests_.end() && it->second.state == State::held;
+}
+
 void Scheduler::join(Entry& entry, Time now) {
+  if (is_to_be_held(entry.request)) {
+    entry.state = State::held;
+    return;
+  }
   entry.state = State::waiting;
   ages_.insert(age_of(entry.request));
   rule_->enqueued(entry.request, clients_.of(entry.request.session), now);
@@ -57,11 +89,13 @@ void Scheduler::start(Entry& entry, Time now) {
   entry.turn_since = now;
   running_.emplace(entry.request.key, &entry);
   rule_->started(entry.request, clients_.of(entry.request.session), now);
+  hold_or_release(entry.request.session, now);
 }
 
 void Scheduler::stop(Entry& entry, Outcome outcome, Time now) {
   running_.erase(entry.request.key);
   entry.state = State::parked;  // out of the rule's sight until it joins again, or for good
+  hold_or_release(entry.request.session, now);
   rule_->finished(entry.request, clients_.of(entry.request.session), outcome, waiting_of(entry.request.session), now);
 }
 
@@ -100,11 +134,15 @@ double Scheduler::load(Time now) const {
   double sum = 0;
   for (const auto& [key, entry] : running_) {
     const SessionKey session = entry->request.session;
-    // What a client can take is what it will take, unless its turn is old enough to show that it does not.
-    double expected = clients_.find(session)->speed.value_or(surroundings_.uplink);
-    if (now - entry->turn_since >= RecentRate::kSpan) {
-      expected = std::min(expected, clients_.taking(session, now));
+    // What a client can take is what it will take, unless its turn is old enough to show that it does not. One of whom
+    // nothing is known may take everything.
+    double expected = surroundings_.uplink;
+    if (const auto speed = clients_.find(session)->speed) {
+      expected = *speed;
+    } else if (const auto guess = clients_.guessed_speed(session)) {
+      expected = std::min(expected, *guess);
     }
+    if (now - entry->turn_since >= RecentRate::kSpan) expected = std::min(expected, clients_.taking(session, now));
     sum += expected;
   }
   return sum;
@@ -175,8 +213,8 @@ bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
 
 void Scheduler::park(RequestKey key) {
   const auto it = requests_.find(key);
-  if (it == requests_.end() || it->second.state != State::waiting) return;
-  leave(it->second);
+  if (it == requests_.end() || (it->second.state != State::waiting && it->second.state != State::held)) return;
+  if (it->second.state == State::waiting) leave(it->second);
   it->second.state = State::parked;
 }
 
@@ -204,17 +242,21 @@ void Scheduler::switch_to(Policy policy, Time now) {
   policy_ = std::move(policy);
   note_uplink();
   rule_ = make_rule(policy_.rule, policy_.rule_options, surroundings_);
+  ages_ = {};
   // In the order in which they came, as the rule would have heard of them.
-  std::vector<const Entry*> entries;
-  for (const auto& [key, entry] : requests_) {
+  std::vector<Entry*> entries;
+  for (auto& [key, entry] : requests_) {
     if (entry.state != State::parked) entries.push_back(&entry);
   }
   std::sort(entries.begin(), entries.end(),
             [](const Entry* a, const Entry* b) { return QueueOrder::of(a->request) < QueueOrder::of(b->request); });
-  for (const Entry* entry : entries) {
+  for (Entry* entry : entries) {
+    if (entry->state != State::running) {
+      join(*entry, now);
+      continue;
+    }
     const Client& client = clients_.of(entry->request.session);
     rule_->enqueued(entry->request, client, now);
-    if (entry->state != State::running) continue;
     rule_->removed(entry->request);
     rule_->started(entry->request, client, now);
   }

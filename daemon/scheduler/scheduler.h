@@ -95,11 +95,18 @@ class Scheduler {
   /// nullptr if it is neither waiting nor running. Valid until the next change.
   [[nodiscard]] const Request* find(RequestKey key) const;
   [[nodiscard]] bool is_running(RequestKey key) const { return running_.contains(key); }
+  /// Whether a request waits behind another of its own client, which runs: with slots=auto no client has two slots.
+  [[nodiscard]] bool is_held(RequestKey key) const;
   /// How many requests of a session wait, and how many run.
   [[nodiscard]] std::pair<std::size_t, std::size_t> counts(SessionKey session) const;
 
  private:
-  enum class State : std::uint8_t { waiting, parked, running };
+  enum class State : std::uint8_t {
+    waiting,
+    held,    ///< of a client that is being served: one channel carries one transfer at a time
+    parked,  ///< by the caller
+    running,
+  };
   struct Entry {
     Request request;
     State state = State::waiting;
@@ -112,8 +119,12 @@ class Scheduler {
   static Age age_of(const Request& request) { return {request.asked_at, QueueOrder::of(request)}; }
   /// The waiting request that goes next: an aged one, or the rule's.
   [[nodiscard]] std::optional<RequestKey> next(Time now) const;
+  /// A request becomes one that waits, or is held.
   void join(Entry& entry, Time now);
   void leave(Entry& entry);
+  [[nodiscard]] bool is_to_be_held(const Request& request) const;
+  /// Holds what waits of a session that is being served, or lets go what is held of one that is not.
+  void hold_or_release(SessionKey session, Time now);
   void start(Entry& entry, Time now);
   /// A running request gives its slot back, and the rule hears how.
   void stop(Entry& entry, Outcome outcome, Time now);
@@ -122,7 +133,7 @@ class Scheduler {
   void forget(Entries::iterator it);
   void client_changed(SessionKey session, Time now);
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
-  /// What the running transfers take of the uplink, or are about to.
+  /// What the clients that are being served take of the uplink, or are about to.
   [[nodiscard]] double load(Time now) const;
   void note_uplink();
 

@@ -87,11 +87,12 @@ class Life {
     for (const Ranked& one : ranking) {
       ranked.insert(one.key);
       RC_ASSERT(kept_.at(one.key).state == State::waiting);
+      RC_ASSERT(!is_held(kept_.at(one.key)));
       RC_ASSERT(!one.reason.empty());
       RC_ASSERT(one.reason.find('-') == std::string::npos || one.reason.find(" -") == std::string::npos);
     }
     RC_ASSERT(ranked.size() == ranking.size());
-    RC_ASSERT(ranking.size() == count(State::waiting));
+    RC_ASSERT(ranking.size() == eligible());
     if (const auto few = scheduler_.ranking(2, now_); !ranking.empty()) {
       RC_ASSERT(few.size() == std::min<std::size_t>(2, ranking.size()));
       RC_ASSERT(few.front().key == ranking.front().key);
@@ -105,6 +106,7 @@ class Life {
       RC_ASSERT(request->queued_at >= request->asked_at);
       RC_ASSERT(request->queued_at <= now_);
       RC_ASSERT(scheduler_.is_running(key) == (kept.state == State::running));
+      RC_ASSERT(scheduler_.is_held(key) == is_held(kept));
     }
     check_aging(ranking);
   }
@@ -117,7 +119,7 @@ class Life {
       }
     }
     while (!kept_.empty()) {
-      while (scheduler_.has_slot(now_) && count(State::waiting) > 0) take();
+      while (scheduler_.has_slot(now_) && eligible() > 0) take();
       RC_ASSERT(count(State::running) > 0U);
       end(0);
     }
@@ -130,6 +132,18 @@ class Life {
   [[nodiscard]] std::size_t count(State state) const {
     return static_cast<std::size_t>(
         std::count_if(kept_.begin(), kept_.end(), [state](const auto& one) { return one.second.state == state; }));
+  }
+  /// With slots=auto a request waits for the running one of its own session.
+  [[nodiscard]] bool is_held(const Kept& kept) const {
+    if (scheduler_.policy().slots || kept.state != State::waiting) return false;
+    return std::any_of(kept_.begin(), kept_.end(), [&](const auto& other) {
+      return other.second.state == State::running && other.second.request.session == kept.request.session;
+    });
+  }
+  [[nodiscard]] std::size_t eligible() const {
+    return static_cast<std::size_t>(std::count_if(kept_.begin(), kept_.end(), [this](const auto& one) {
+      return one.second.state == State::waiting && !is_held(one.second);
+    }));
   }
   RequestKey pick(State state, unsigned choice) const {
     const std::size_t all = count(state);
@@ -172,16 +186,18 @@ class Life {
     if (scheduler_.policy().slots) RC_ASSERT(slot == (count(State::running) < *scheduler_.policy().slots));
     if (count(State::running) == 0) RC_ASSERT(slot);
     const auto taken = scheduler_.take(now_);
-    RC_ASSERT(taken.has_value() == (slot && count(State::waiting) > 0));
+    RC_ASSERT(taken.has_value() == (slot && eligible() > 0));
     if (!taken) return;
     RC_ASSERT(taken->key == ranking.front().key);
     Kept& kept = kept_.at(taken->key);
     RC_ASSERT(kept.state == State::waiting);
+    const bool was_held = is_held(kept);
+    RC_ASSERT(!was_held);
     kept.state = State::running;
     if (const auto aging = scheduler_.policy().aging) {
       // No aged request that could have gone was asked for before this one.
       for (const auto& [key, other] : kept_) {
-        if (other.state != State::waiting || now_ - other.request.asked_at <= *aging) continue;
+        if (other.state != State::waiting || is_held(other) || now_ - other.request.asked_at <= *aging) continue;
         RC_ASSERT(other.request.asked_at >= kept.request.asked_at);
       }
     }

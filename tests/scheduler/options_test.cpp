@@ -167,7 +167,7 @@ TEST(Slots, AutoWithAFastClientIsOne) {
   EXPECT_EQ(d.take(), 0U);
 }
 
-TEST(Slots, AutoAnUnmeasuredClientThatTakesLittleLeavesRoomAfterHalfASecond) {
+TEST(Slots, AutoAnUnmeasuredClientThatTakesLittleLeavesRoomAsSoonAsItShows) {
   Policy policy = policy_of("fifo", {}, std::nullopt);
   policy.uplink = 100'000;
   Driver d(policy);
@@ -176,11 +176,43 @@ TEST(Slots, AutoAnUnmeasuredClientThatTakesLittleLeavesRoomAfterHalfASecond) {
   ASSERT_EQ(d.take(), unknown);
   EXPECT_EQ(d.take(), 0U) << "may be as fast as the uplink";
   d.scheduler.observe(1, {d.now, 0, true, 0, Time{0}}, d.now);
+  d.now += milliseconds(250);
+  EXPECT_EQ(d.take(), 0U);
+  d.scheduler.observe(1, {d.now, 1'000, true, 0, Time{0}}, d.now);
+  EXPECT_EQ(d.take(), other) << "4 kB/s do not fill it";
+}
+
+TEST(Slots, AutoAClientThatTakesNothingLeavesRoomAfterHalfASecond) {
+  Policy policy = policy_of("fifo", {}, std::nullopt);
+  policy.uplink = 100'000;
+  Driver d(policy);
+  d.ask(1, 1'000'000);
+  const auto other = d.ask(2, 1'000);
+  ASSERT_NE(d.take(), 0U);
+  d.scheduler.observe(1, {d.now, 0, true, 0, Time{0}}, d.now);
   d.now += milliseconds(499);
-  d.scheduler.observe(1, {d.now, 2'000, true, 0, Time{0}}, d.now);
   EXPECT_EQ(d.take(), 0U);
   d.now += milliseconds(1);
-  EXPECT_EQ(d.take(), other) << "4 kB/s do not fill it";
+  EXPECT_EQ(d.take(), other);
+}
+
+/// One channel carries one transfer at a time: a client's second request waits for its first, and others go.
+TEST(Slots, AutoNoClientHasTwo) {
+  Policy policy = policy_of("fifo", {}, std::nullopt);
+  policy.uplink = 100'000;
+  Driver d(policy);
+  d.measure(1, 10'000);
+  d.measure(2, 10'000);
+  const auto first = d.ask(1, 1'000);
+  const auto second = d.ask(1, 2'000);
+  const auto other = d.ask(2, 3'000);
+  ASSERT_EQ(d.take(), first);
+  EXPECT_TRUE(d.scheduler.is_held(second));
+  EXPECT_EQ(d.take(), other);
+  EXPECT_EQ(d.take(), 0U);
+  d.scheduler.complete(first, d.now);
+  EXPECT_FALSE(d.scheduler.is_held(second));
+  EXPECT_EQ(d.take(), second);
 }
 
 TEST(Slots, AutoMeasuresTheUplinkItself) {
