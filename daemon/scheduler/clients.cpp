@@ -76,6 +76,7 @@ bool Clients::observe(SessionKey session, const SpeedSample& sample) {
   const std::uint64_t bytes = sample.acknowledged - std::min(record.position, sample.acknowledged);
   record.position = std::max(record.position, sample.acknowledged);
   record.rate.note(bytes, sample.now);
+  rate_.note(bytes, sample.now);
   const auto speed = record.meter.speed();
   if (!speed) return false;
   const auto before = record.client.speed;

@@ -56,6 +56,8 @@ class Clients {
   /// What the client is taking at present, for how long it has been observed while it owed, and what is guessed of its
   /// speed before it is measured.
   [[nodiscard]] double taking(SessionKey session, Time now) const;
+  /// What all clients together are taking at present, bytes a second.
+  [[nodiscard]] double taking(Time now) const { return rate_.rate(now); }
   [[nodiscard]] std::optional<double> guessed_speed(SessionKey session) const;
 
   /// Median of the measured speeds: of all clients, and of those that are active.
@@ -75,6 +77,7 @@ class Clients {
   void discount(const Record& record);
 
   std::unordered_map<SessionKey, Record> records_;
+  RecentRate rate_;  ///< of all together
   RunningMedian all_;
   RunningMedian active_;
 };

@@ -127,7 +127,17 @@ bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
   if (taken == 0) return true;
   if (taken >= kMaxSlots) return false;
   if (surroundings_.uplink <= 0) return taken < kSlotsBeforeMeasured;
-  return load(now) < kFull * surroundings_.uplink * (policy_.uplink > 0 ? 1.0 : kTry);
+  return std::max(load(now), clients_.taking(now)) < full_load();
+}
+
+double Scheduler::full_load() const {
+  return kFull * surroundings_.uplink * (policy_.uplink > 0 ? 1.0 : kTry);
+}
+
+bool Scheduler::has_rivals(Time now) const {
+  if (!ages_.empty()) return true;
+  // Where the uplink is full with several at a time, each of them may fill it alone: then the rule is to say who.
+  return !policy_.slots && running_.size() > 1 && surroundings_.uplink > 0 && clients_.taking(now) >= full_load();
 }
 
 double Scheduler::load(Time now) const {
@@ -202,11 +212,11 @@ void Scheduler::turn_begins(RequestKey key, Time now) {
 
 bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
   const auto it = running_.find(key);
-  return it != running_.end() && policy_.quantum && !ages_.empty() && now - it->second->turn_since >= *policy_.quantum;
+  return it != running_.end() && policy_.quantum && now - it->second->turn_since >= *policy_.quantum && has_rivals(now);
 }
 
 bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
-  if (!requeue(key, offset_bytes, now) || next(now) != key) return false;
+  if (!requeue(key, offset_bytes, now) || !has_slot(now) || next(now) != key) return false;
   start(requests_.at(key), now);
   return true;
 }

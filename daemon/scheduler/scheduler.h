@@ -59,11 +59,12 @@ class Scheduler {
 
   /// The first chunk of a running request's turn leaves now: its quantum counts from here.
   void turn_begins(RequestKey key, Time now);
-  /// Whether the turn of a running request is over: it has lasted for the quantum and others wait.
+  /// Whether the turn of a running request is over: it has lasted for the quantum, and others wait or, with slots=auto,
+  /// share a full uplink with it.
   [[nodiscard]] bool quantum_is_over(RequestKey key, Time now) const;
   /// At a chunk boundary, when quantum_is_over(): the request goes back to the queue with what remains from
-  /// `offset_bytes` on. If it is the next again, it holds its slot for another turn, and the answer is true; else it
-  /// waits. REQUIRES: it runs and something remains. [O(log n)]
+  /// `offset_bytes` on. If there is a slot and it is the next again, it has another turn, and the answer is true; else
+  /// it waits. REQUIRES: it runs and something remains. [O(log n)]
   bool yield(RequestKey key, std::uint64_t offset_bytes, Time now);
   /// A waiting request is out of the rule's sight until unpark(): its client cannot take anything now. No effect on
   /// others. [O(log n)]
@@ -135,6 +136,10 @@ class Scheduler {
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
   /// What the clients that are being served take of the uplink, or are about to.
   [[nodiscard]] double load(Time now) const;
+  /// From which on the uplink counts as full.
+  [[nodiscard]] double full_load() const;
+  /// Whether others would go on if a running request gave its slot back.
+  [[nodiscard]] bool has_rivals(Time now) const;
   void note_uplink();
 
   Policy policy_;

@@ -4,6 +4,7 @@
 #include "daemon/scheduler/rules/fsp.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -98,12 +99,15 @@ class Fsp final : public Rule {
   void session_gone(SessionKey session, Time now) override {
     advance(now);
     jobs_.erase(jobs_.lower_bound({session, 0}), jobs_.upper_bound({session, std::numeric_limits<MeshKey>::max()}));
-    if (auto jobs = by_session_.extract(session); !jobs.empty()) {
-      for (const JobId job : jobs.mapped()) {
-        ended_.erase(job);
-        server_.remove(job);
-      }
+    const auto jobs = by_session_.find(session);
+    if (jobs == by_session_.end()) return;
+    // Who has all its bytes may well leave; equal sharing would still be serving it, and the others no faster.
+    for (auto it = jobs->second.begin(); it != jobs->second.end();) {
+      const JobId job = *it;
+      it = ended_.contains(job) ? std::next(it) : jobs->second.erase(it);
+      if (!ended_.contains(job)) server_.remove(job);
     }
+    if (jobs->second.empty()) by_session_.erase(jobs);
   }
 
  private:

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// The two written forms of meshes: documents of pmcctl, and a table. They know no files.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/meshes.h"
+
+namespace pmcd::sim {
+
+/// JSON as parse_meshes() takes it.
+Result<std::vector<Mesh>> parse_mesh_documents(std::string_view text, const std::string& from);
+/// The table as parse_meshes() takes it: rows of a mesh follow each other, levels count from 0.
+Result<std::vector<Mesh>> parse_mesh_table(std::string_view text, const std::string& from);
+
+}  // namespace pmcd::sim

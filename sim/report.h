@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Runs as tables for people and as JSON for programs. It measures nothing.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "sim/statistics.h"
+
+namespace pmcd::sim {
+
+struct Run {
+  scheduler::Policy policy;
+  Outcome outcome;
+};
+
+/// Rules beside each other: times in seconds, link use, fairness.
+void print_summaries(std::ostream& out, const Scenario& scenario, const std::vector<Run>& runs);
+/// A row for each fetch of a run, with its times in seconds; "-" for what never came.
+void print_clients(std::ostream& out, const Scenario& scenario, const Run& run);
+
+/// The same and the scenario as one JSON document, times in seconds rounded to microseconds, null for what never came.
+/// `title` says what was simulated; `clients`: with a row for each fetch.
+std::string json_of(const std::string& title, const Scenario& scenario, const std::vector<Run>& runs, bool clients);
+
+}  // namespace pmcd::sim
