@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Bytes a second over the last half second, from counts as they come. It keeps ten numbers and no history.
+// Bytes a second over the last half second, from counts as they come. It keeps eleven numbers and no history.
 #pragma once
 
 #include <array>
@@ -19,20 +19,22 @@ class RecentRate {
     move_to(now);
     parts_[static_cast<std::size_t>(part_) % kParts] += bytes;
   }
-  /// Over the time that ends now; parts that are not whole count by their share of it.
+  /// Over the last half second that is whole: what came in the last twentieth of a second may not count yet.
   [[nodiscard]] double rate(Time now) const {
     RecentRate moved = *this;
     moved.move_to(now);
     std::uint64_t bytes = 0;
     for (const std::uint64_t part : moved.parts_) bytes += part;
+    bytes -= moved.parts_[static_cast<std::size_t>(moved.part_) % kParts];
     return static_cast<double>(bytes) / std::chrono::duration<double>(kSpan).count();
   }
 
  private:
-  static constexpr std::size_t kParts = 10;
+  static constexpr Time kPart = std::chrono::milliseconds(50);
+  static constexpr std::size_t kParts = kSpan / kPart + 1;  ///< the last of them is being filled
 
   void move_to(Time now) {
-    const std::int64_t part = now / (kSpan / static_cast<std::int64_t>(kParts));
+    const std::int64_t part = now / kPart;
     for (std::size_t cleared = 0; part_ < part && cleared < kParts; ++cleared) {
       parts_[static_cast<std::size_t>(++part_) % kParts] = 0;
     }

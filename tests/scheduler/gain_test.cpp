@@ -106,6 +106,16 @@ TEST(GainRule, SteepestFallFirst) {
   EXPECT_EQ(d.serve_all(), (Keys{steep, middle, flat, nothing}));
 }
 
+/// With until=5 a mesh that has come down to a twentieth of its first error waits for its end only, the shortest first.
+TEST(GainRule, UntilAMeshIsGoodEnough) {
+  Driver d(policy_of("gain", {{"until", "5"}}));
+  const Levels levels{{9, 4, 0.5}, {10, 8, 0.026}, {10, 16, 0.025}, {10, 32, 1e-5}};
+  const auto good_long = d.ask(1, 10, 900, 1, 3, profile(levels));
+  const auto good_short = d.ask(2, 10, 500, 2, 3, profile(levels));
+  const auto coarse = d.ask(3, 5'000, 0, 3, 2, profile(levels));  // 0.026 is more than a twentieth of 0.5
+  EXPECT_EQ(d.serve_all(), (Keys{coarse, good_short, good_long}));
+}
+
 TEST(GainRule, ASlowClientCountsForItsShareOfTheUplink) {
   Policy policy = policy_of("gain");
   policy.uplink = 100'000;

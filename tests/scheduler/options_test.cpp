@@ -215,6 +215,36 @@ TEST(Slots, AutoNoClientHasTwo) {
   EXPECT_EQ(d.take(), second);
 }
 
+/// Two that each could fill the uplink came to share it, because little was known of them: at the end of a quantum one
+/// goes back although nobody waits, and the rule says which goes on.
+TEST(Slots, AutoWhoShareAFullUplinkTakeTurns) {
+  Policy policy = policy_of("fifo", {}, std::nullopt);
+  policy.uplink = 100'000;
+  policy.quantum = milliseconds(500);
+  Driver d(policy);
+  const auto first = d.ask(1, 1'000'000);
+  const auto second = d.ask(2, 1'000'000);
+  ASSERT_EQ(d.take(), first);
+  d.scheduler.observe(1, {d.now, 0, true, 0, Time{0}}, d.now);
+  d.now += milliseconds(100);
+  d.scheduler.observe(1, {d.now, 500, true, 0, Time{0}}, d.now);
+  ASSERT_EQ(d.take(), second) << "5 kB/s would leave room";
+  d.scheduler.observe(2, {d.now, 0, true, 0, Time{0}}, d.now);
+  EXPECT_FALSE(d.scheduler.quantum_is_over(first, d.now + seconds(9))) << "nobody waits, and the uplink is not full";
+  for (std::uint64_t n = 1; n <= 14; ++n) {
+    d.now += milliseconds(50);
+    for (const SessionKey session : {1, 2}) {
+      d.scheduler.observe(session, {d.now, 500 + 2'500 * n, true, 0, Time{0}}, d.now);
+    }
+  }
+  ASSERT_TRUE(d.scheduler.quantum_is_over(first, d.now));
+  EXPECT_FALSE(d.scheduler.yield(first, 35'500, d.now)) << "the other may fill it alone";
+  EXPECT_EQ(d.take(), 0U);
+  ASSERT_TRUE(d.scheduler.quantum_is_over(second, d.now));
+  EXPECT_FALSE(d.scheduler.yield(second, 35'500, d.now)) << "the first waits longer";
+  EXPECT_EQ(d.take(), first);
+}
+
 TEST(Slots, AutoMeasuresTheUplinkItself) {
   Driver d(policy_of("fifo", {}, std::nullopt));
   for (SessionKey session = 1; session <= 9; ++session) d.ask(session, 1'000'000);
