@@ -86,6 +86,47 @@ def forms_of_the_requests_about_the_rule(context):
             admin.expect_end("malformed")
 
 
+@checks("A-8", "A-6", "E-1")
+def the_rule_and_its_changes(context):
+    """On a server of its own, which begins with no live change."""
+
+    def change(admin, rule, options=(), flags=0, version=0):
+        return admin.ask("admin_set_rule", flags=flags, version=version, rule=rule, count=len(options), options=options)
+
+    with context.operator.server({}) as server, _admin(context, server) as admin:
+        rules, _ = admin.ask("admin_rules")
+        names = [rule["name"] for rule in rules["rules"]]
+        expect("rules of the paper", True, {"fifo", "lcfs", "spf", "fcsf"} <= set(names))
+        before, _ = admin.ask("admin_rule")
+        expect("the first version", 0, before["version"])
+        expect("no such rule", "bad_rule", change(admin, "lottery")[1])
+        expect("no such option", "bad_option", change(admin, "spf", [("colour", "blue")])[1])
+        expect("no such value", "bad_option", change(admin, "spf", [("slots", "none")])[1])
+        dry, _ = change(admin, "spf", [("quantum", "250")], flags=1)
+        expect("a dry run", (False, "spf"), (dry["changed"], dry["after"]["rule"]))
+        done, _ = change(admin, "spf", [("quantum", "250")], flags=2, version=0)
+        expect("a change", (True, 1, "250"),
+               (done["changed"], done["after"]["version"], done["after"]["options"]["quantum"]))
+        expect("a lost update", "version_changed", change(admin, "lcfs", flags=2, version=0)[1])
+        back, _ = admin.ask("admin_revert", flags=0, version=0, change=0)
+        expect("back to the configuration", before["text"], back["after"]["text"])
+        expect("no such change", "unknown_change", admin.ask("admin_revert", flags=0, version=0, change=99)[1])
+        history, _ = admin.ask("admin_history", most=0)
+        expect("history", [(2, None), (1, "spf")], [(one["number"], one["rule"]) for one in history["changes"]])
+        expect("no such client", "unknown_client", admin.ask("admin_explain", session=4711)[1])
+        expect("no such client", "unknown_client", admin.ask("admin_weight", session=4711, weight=2000)[1])
+        with context.session(server.address):
+            clients, _ = admin.ask("admin_clients")
+            expect("clients", 1, len(clients["clients"]))
+            number = clients["clients"][0]["client"]
+            expect("the first weight", 1, admin.ask("admin_weight", session=number, weight=2500)[0]["before"])
+            expect("the second", 2.5, admin.ask("admin_weight", session=number, weight=1000)[0]["before"])
+            why, _ = admin.ask("admin_explain", session=number)
+            expect("who has asked for nothing", (number, False, []), (why["client"], why["next"], why["requests"]))
+        queue, _ = admin.ask("admin_queue")
+        expect("the queue", (0, 0, [], 0), tuple(queue[key] for key in ("waiting", "running", "requests", "more")))
+
+
 def _expect_mesh(document, name, file):
     levels = file.directory.levels
     expect("the mesh", {"name": name, "generation": f"{file.generation:016x}", "vertices": levels[-1].vertices,

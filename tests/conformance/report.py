@@ -26,7 +26,8 @@ MET_BY_GROUP = {
     "list": ("internal_error",),
     "changes": ("unavailable", "mesh_changed"),
     "time": ("hello_timeout", "join_timeout", "too_many_sessions", "shutting_down", "stalled"),
-    "admin": ("mesh_exists", "bad_directory", "bad_packet", "ingest_incomplete", "too_large", "storage_failed"),
+    "admin": ("mesh_exists", "bad_directory", "bad_packet", "ingest_incomplete", "too_large", "storage_failed", "bad_rule",
+              "bad_option", "version_changed", "unknown_client", "unknown_change"),
 }
 
 
