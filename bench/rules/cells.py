@@ -97,8 +97,9 @@ class Cells:
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
         return None if done.returncode == 0 else (done.stderr or done.stdout).strip()
 
-    def run(self, experiment, rule, mode):
-        """The figures of one cell, as they go into the JSON file."""
+    def run(self, experiment, rule, mode, watch=None):
+        """The figures of one cell, as they go into the JSON file. `watch` is called again and again while the clients
+        fetch, with a function that asks pmcctl."""
         with tempfile.TemporaryDirectory(prefix="cell-", dir=self.scratch) as folder:
             folder = pathlib.Path(folder)
             for file in (self.scratch / "ingest").glob("meshes.db*"):
@@ -108,7 +109,8 @@ class Cells:
                                  self.seed) as net:
                 options = self.daemon_options(rule, mode) + ["--listen", network.SERVER_ADDRESS]
                 with Pmcd(self.programs["pmcd"], folder, None, options, network.inside(net.server)) as pmcd:
-                    clients = self._run_clients(experiment, mode, net, pmcd.port)
+                    look = None if watch is None else lambda: watch(lambda *words: self._pmcctl(pmcd, *words))
+                    clients = self._run_clients(experiment, mode, net, pmcd.port, look)
                 congestion = network.congestion_control(net)
                 relays = net.close()
         return {"experiment": experiment.key, "rule": rule.text, "mode": mode, "congestion": congestion,
@@ -120,7 +122,7 @@ class Cells:
                     for client in experiment.clients)
         return 60 + 2 * alone + max(client.arrival for client in experiment.clients)
 
-    def _run_clients(self, experiment, mode, net, port):
+    def _run_clients(self, experiment, mode, net, port, look):
         begin = time.monotonic() + 0.2 + 0.01 * len(experiment.clients)
         deadline = begin + self._patience(experiment)
         running = []
@@ -142,6 +144,8 @@ class Cells:
                     raise Stopped()
                 if time.monotonic() > deadline:
                     break
+                if look is not None:
+                    look()
                 time.sleep(_LOOK_SECONDS)
             for process in running:
                 process.terminate()

@@ -2,6 +2,7 @@
 """The short run for CI: experiment 1 at scale 32 with a generated mesh, and assertions on what must be so whatever the
 rule and however busy the machine is. How good a rule is, it does not judge."""
 
+import json
 import subprocess
 
 import bounds
@@ -12,6 +13,7 @@ from cells import CellError, Cells, Rule
 from figures import Figures, describe
 
 _SCALE = 32
+_SPEED_SCALE = 2
 _RULES = ("fifo", "fcsf")
 _VERTICES = 20_000
 _LEVELS = 9
@@ -42,6 +44,32 @@ def _check_shaping(programs, line):
     _demand(lost[0] == lost[1], f"the same seed lost {lost[0]} datagrams, then {lost[1]}")
 
 
+def _check_speeds(programs, scratch, file):
+    """A client alone on each kind of line: from the moment in which the daemon takes its speed for measured, what it
+    takes it for is within a quarter of what the line carries."""
+    (scratch / "speeds").mkdir()
+    cells = Cells(programs, scratch / "speeds", _SPEED_SCALE)
+    cells.ingest("large", file, _LEVELS)
+    for line in (network.MODEM, network.DSL_1024):
+        scaled = line.scaled(_SPEED_SCALE, 1)
+        seen = []
+
+        def watch(ask):
+            for client in json.loads(ask("clients", "--json"))["clients"]:
+                if client["speed_kbit"] is not None:
+                    seen.append((client["bytes"], client["speed_kbit"]))
+
+        client = experiments.Client(1, scaled, "large")
+        cells.run(experiments.Experiment("speed", "one client alone", (client,)), Rule.parse("fifo"), "ours", watch)
+        carried = shaping.carries(scaled, cells.uplink_kbit)
+        _demand(len(seen) >= 3, f"{line.name}: the speed was seen only {len(seen)} times")
+        wrong = [(count, speed) for count, speed in seen if abs(speed - carried) > carried / 4]
+        print(f"{line.name}: carries {carried:.0f} kbit/s; measured for the first time after {seen[0][0]} bytes: "
+              f"{seen[0][1]:.0f}, then {min(speed for _, speed in seen):.0f} to {max(speed for _, speed in seen):.0f}",
+              flush=True)
+        _demand(not wrong, f"{line.name}: carries {carried:.0f} kbit/s, but after {wrong[:1]} bytes it was measured so")
+
+
 def _known(cells, rules):
     if rules is None:
         rules = [rule for rule in map(Rule.parse, _RULES) if cells.refusal(rule, "paper") is None]
@@ -65,6 +93,7 @@ def run(programs, scratch, rules):
     experiment = experiments.make("1", (_SCALE, 1), 1, cells.meshes)
     _check_shaping(programs, experiment.clients[0].line)
 
+    _check_speeds(programs, scratch, file)
     results = {"parameters": {"uplink_kbit": cells.uplink_kbit},
                "meshes": {name: {"levels": levels} for name, levels in cells.meshes.items()},
                "experiments": {"1": describe(experiment)},

@@ -81,6 +81,13 @@ def _round_trip(namespace, server):
     return best
 
 
+def carries(line, uplink_kbit):
+    """kbit/s that are left down this line, alone on the uplink, after the heads of TCP, IP and the uplink's Ethernet."""
+    kbit = min(line.down_kbit, uplink_kbit)
+    heads = network.HEADER_BYTES + (network.ETHERNET_BYTES if uplink_kbit <= line.down_kbit else 0)
+    return kbit * network.SEGMENT_BYTES / (network.SEGMENT_BYTES + heads)
+
+
 def measure(relay_program, line, uplink_kbit, congestion=None, seconds=_SECONDS):
     """Down and up of one line, the line alone on the uplink. Yields Measured."""
     with network.Network(relay_program, [line], uplink_kbit, congestion) as net:
@@ -91,9 +98,8 @@ def measure(relay_program, line, uplink_kbit, congestion=None, seconds=_SECONDS)
             payload = max(12 * network.burst_bytes(kbit), round(kbit * 1000 / 8 * seconds))
             ends = (net.server, client) if way == "down" else (client, net.server)
             goodput = _transfer(*ends, network.SERVER_ADDRESS, payload) * 8 / 1000
-            on_uplink = way == "down" and uplink_kbit <= line.down_kbit
-            heads = network.HEADER_BYTES + (network.ETHERNET_BYTES if on_uplink else 0)
-            expected = kbit * network.SEGMENT_BYTES / (network.SEGMENT_BYTES + heads)
+            expected = carries(line, uplink_kbit) if way == "down" else (
+                kbit * network.SEGMENT_BYTES / (network.SEGMENT_BYTES + network.HEADER_BYTES))
             yield Measured(f"{line.name} {way}", kbit, expected, goodput, round_trip * 1000, 2 * line.delay_ms)
 
 
