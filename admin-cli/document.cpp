@@ -103,6 +103,7 @@ Lines table_lines(const std::vector<Column>& columns, const std::vector<Lines>& 
 
 Lines table_of(const ordered_json& rows, const std::vector<const char*>& names) {
   std::vector<Column> columns;
+  columns.reserve(names.size());
   for (const char* name : names) columns.push_back({name, !columns.empty()});
   std::vector<Lines> table;
   for (const ordered_json& row : rows) {

@@ -49,6 +49,7 @@ Lines client_table(const ordered_json& document) {
   std::stable_sort(clients.begin(), clients.end(),
                    [](const ordered_json& a, const ordered_json& b) { return idleness(a) < idleness(b); });
   std::vector<Lines> table;
+  table.reserve(clients.size());
   for (const ordered_json& client : clients) {
     table.push_back({field(client, "client"), rate_text(number_of(client, "speed_kbit")),
                      rate_text(number_of(client, "taking_kbit")), bytes_text(number_of(client, "bytes")),

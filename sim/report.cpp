@@ -24,15 +24,15 @@ std::string seconds(double value) {
   return value < 0 ? "-" : fixed(value, 3);
 }
 
-using Row = std::vector<std::string>;
+using TextRow = std::vector<std::string>;
 
 /// The first `left` columns stand on the left.
-void print_table(std::ostream& out, const std::vector<Row>& rows, std::size_t left) {
+void print_table(std::ostream& out, const std::vector<TextRow>& rows, std::size_t left) {
   std::vector<std::size_t> widths(rows.front().size());
-  for (const Row& row : rows) {
+  for (const TextRow& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }
-  for (const Row& row : rows) {
+  for (const TextRow& row : rows) {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string space(widths[i] - row[i].size(), ' ');
@@ -98,7 +98,7 @@ ordered_json clients_json(const Scenario& scenario, const Outcome& outcome) {
 }  // namespace
 
 void print_summaries(std::ostream& out, const Scenario& scenario, const std::vector<Run>& runs) {
-  std::vector<Row> rows = {{"policy", "time to", "mean", "median", "p95", "p99", "count"}};
+  std::vector<TextRow> rows = {{"policy", "time to", "mean", "median", "p95", "p99", "count"}};
   for (const Run& run : runs) {
     const Summary summary = summarize(scenario, run.outcome);
     const std::pair<const char*, const Distribution*> lines[] = {
@@ -123,7 +123,7 @@ void print_summaries(std::ostream& out, const Scenario& scenario, const std::vec
 
 void print_clients(std::ostream& out, const Scenario& scenario, const Run& run) {
   out << text_of(run.policy) << '\n';
-  std::vector<Row> rows = {
+  std::vector<TextRow> rows = {
       {"client", "line", "mesh", "begins", "packet 0", "10 % error", "5 % error", "1 % error", "complete"}};
   for (const Fetch& fetch : run.outcome.fetches) {
     const ClientPlan& client = scenario.clients[fetch.client];

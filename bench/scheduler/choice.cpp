@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <random>
 #include <string>
@@ -235,7 +236,7 @@ void run(const std::vector<std::size_t>& waiting, const std::vector<std::size_t>
 }  // namespace
 }  // namespace pmcd::scheduler
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app{"Measures what a choice of the scheduler costs under each rule."};
   std::vector<std::size_t> waiting = {10, 1'000, 100'000};
   std::vector<std::size_t> switching = {50, 1'000, 100'000};
@@ -250,4 +251,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   pmcd::scheduler::run(waiting, switching, choices, repetitions, only);
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "scheduler_choice: %s\n", error.what());
+  return 1;
 }

@@ -138,7 +138,8 @@ Dispatcher::Turn& Dispatcher::turn_of(const Transfer& transfer) {
   if (it != turns_.end()) return it->second;
   auto channel = transfer.session->data().shared_from_this();
   DataLine line(*channel, limits_);
-  return turns_.emplace(transfer.session->key(), Turn{std::move(channel), std::move(line), {}}).first->second;
+  Turn turn{transfer.session, std::move(channel), std::move(line), {}};
+  return turns_.emplace(transfer.session->key(), std::move(turn)).first->second;
 }
 
 void Dispatcher::start(Key key) {
@@ -150,7 +151,7 @@ void Dispatcher::start(Key key) {
     return;
   }
   transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
-  if (transfer.bytes) {
+  if (transfer.bytes && transfer.bytes->size() == scheduler_.find(key)->size_bytes) {
     running.stage = Stage::sending;
     feed(key);
   } else {
@@ -187,6 +188,9 @@ awaitable<void> Dispatcher::read(Key key, awaitable<store::Result<SharedBytes>> 
       it = running_.find(key);
       if (it == running_.end()) co_return;
     }
+  }
+  if (bytes && !it->second.transfer.list && bytes.value()->size() != scheduler_.find(key)->size_bytes) {
+    bytes = store::Error{store::ErrorCode::database_corrupt, "a packet has not the length that its level says"};
   }
   if (bytes) {
     it->second.transfer.bytes = std::move(bytes).value();
@@ -299,15 +303,17 @@ void Dispatcher::progress(scheduler::SessionKey session) {
   const auto turn = turns_.find(session);
   if (turn == turns_.end() || turn->second.running.empty()) return;
   // A copy: what follows may end any of them, or the session.
-  for (const Key key : std::vector<Key>(turn->second.running)) {
+  const std::vector<Key> keys = turn->second.running;
+  const bool empty = turn->second.channel->unwritten() == 0;
+  for (const Key key : keys) {
     const auto it = running_.find(key);
-    if (it == running_.end()) continue;
-    if (it->second.stage == Stage::sending) {
-      guarded(key, [&] { feed(key); });
-    } else if (it->second.stage == Stage::stopped && turn_of(it->second.transfer).channel->unwritten() == 0) {
-      wait_again(key);
-      pump_soon();
-    }
+    if (!empty || it == running_.end() || it->second.stage != Stage::stopped) continue;
+    wait_again(key);
+    pump_soon();
+  }
+  for (const Key key : keys) {
+    const auto it = running_.find(key);
+    if (it != running_.end() && it->second.stage == Stage::sending) guarded(key, [&] { feed(key); });
   }
 }
 
@@ -336,7 +342,7 @@ void Dispatcher::settle(scheduler::SessionKey session) {
   for (const Key key : std::vector<Key>(turn->second.running)) {
     const Running& running = running_.at(key);
     // A client that takes nothing comes to no chunk boundary by itself, but its turn ends all the same.
-    if (running.stage == Stage::sending) may_go_on(key);
+    if (running.stage == Stage::sending && !may_go_on(key)) continue;
     if (!is_through(running, turn->second)) continue;
     if (!running.cancelled) scheduler_.complete(key, scheduler_now());
     release(key);
@@ -349,8 +355,9 @@ void Dispatcher::release(Key key) {
   if (const auto turn = turns_.find(it->second.transfer.session->key()); turn != turns_.end()) {
     std::erase(turn->second.running, key);
   }
+  const std::uint64_t reached = it->second.next;
   running_.erase(it);
-  scheduler_.fail(key, scheduler_now());  // no effect when it was completed
+  scheduler_.fail(key, reached, scheduler_now());  // no effect when it was completed
   idle_.notify();
   if (draining_) watch_.notify();
   pump_soon();
@@ -384,8 +391,9 @@ awaitable<void> Dispatcher::watch() {
 void Dispatcher::hurry() {
   if (scheduler_.waiting() == 0 || scheduler_.has_slot(scheduler_now(), abandoned_.size())) return;
   const auto soon = Clock::now() + kFirstPoll;
-  for (const auto& [key, running] : running_) {
-    if (running.stage != Stage::sent) continue;
+  for (auto& [key, running] : running_) {
+    if (running.stage != Stage::sent || running.hurried) continue;
+    running.hurried = true;
     Turn& turn = turn_of(running.transfer);
     turn.line.pause = kFirstPoll;
     look_by(running.transfer.session->key(), turn, soon);
@@ -406,8 +414,11 @@ Clock::time_point Dispatcher::poll(Clock::time_point now) {
     settle(session);
   }
   const bool uplink_matters = scheduler_.waiting() > 0 && scheduler_.frees_slot_when_written();
-  if (uplink_matters) pump_soon();
-  Clock::time_point next = uplink_matters ? now + kUplinkPoll : Clock::time_point::max();
+  if (uplink_matters && now >= uplink_at_) {
+    uplink_at_ = now + kUplinkPoll;
+    pump_soon();
+  }
+  Clock::time_point next = uplink_matters ? uplink_at_ : Clock::time_point::max();
   for (const auto session : watched_) next = std::min(next, turns_.at(session).line.look_at);
   return next;
 }
@@ -416,8 +427,8 @@ void Dispatcher::judge(Clock::time_point now) {
   std::vector<std::pair<std::shared_ptr<Session>, Pace::Verdict>> dropped;
   for (const auto key : watched_) {
     Turn& turn = turns_.at(key);
-    if (turn.running.empty()) continue;
-    const auto& session = running_.at(turn.running.front()).transfer.session;
+    const auto session = turn.session.lock();
+    if (!session || (turn.running.empty() && !turn.line.owes())) continue;
     const std::uint64_t acknowledged = turn.channel->acknowledged_position();
     const Pace::Verdict verdict = turn.line.pace.note(acknowledged, turn.line.owes(), now, limits_);
     if (verdict != Pace::Verdict::fine) dropped.emplace_back(session, verdict);

@@ -80,11 +80,13 @@ class Dispatcher {
     Stage stage = Stage::starting;
     bool cancelled = false;
     bool begun = false;              ///< a chunk of this turn is queued
+    bool hurried = false;            ///< it was looked at sooner because others wait
     std::uint64_t next = 0;          ///< offset in the packet of the next byte to send
     std::uint64_t end_position = 0;  ///< of the channel's stream, once sent
   };
   /// A session that has had a turn.
   struct Turn {
+    std::weak_ptr<Session> session;
     std::shared_ptr<Channel> channel;
     DataLine line;
     std::vector<Key> running;
@@ -145,6 +147,7 @@ class Dispatcher {
   bool pump_is_due_ = false;
   bool watching_ = false;
   Clock::time_point watch_wakes_at_;
+  Clock::time_point uplink_at_;  ///< when to look next whether the uplink has room
   Condition idle_;
   Condition watch_;  ///< ends the pause of the watch early
 };

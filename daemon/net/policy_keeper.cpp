@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "daemon/net/on_store.h"
+#include "proto/text.h"
 
 namespace pmcd::net {
 namespace {
@@ -52,7 +53,8 @@ PolicyKeeper::PolicyKeeper(Executor executor, store::StoreThread& writer, Policy
     live_ = layer_of(*last_);
     if (!live_) {
       spdlog::warn("the last live change of the rule, \"{} {}\", means nothing to this daemon and is left out",
-                   *last_->rule, last_->options);
+                   proto::printable(*last_->rule, proto::kMaxErrorTextBytes),
+                   proto::printable(last_->options, proto::kMaxErrorTextBytes));
     }
   }
   resolved_ = resolve(live_, When::now);
@@ -108,7 +110,8 @@ std::vector<std::string> PolicyKeeper::warnings(const std::optional<PolicyLayer>
   for (const auto& [name, value] : live->options) {
     const auto pinned = command_line_.options.find(name);
     if (pinned != command_line_.options.end() && pinned->second != value) {
-      forget("--" + name + " " + pinned->second, name + "=" + value);
+      const scheduler::PolicyLayer option{std::nullopt, {{name, value}}};
+      forget("--" + name + ' ' + pinned->second, scheduler::join_options(option.options));
     }
   }
   return warnings;
@@ -161,7 +164,10 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
     done.rule = layer->rule;
     done.options = scheduler::join_options(layer->options);
   }
-  const bool same = layer == live_ && (changed_here_ || resolve(layer, When::after_restart).policy == policy());
+  // What this daemon does not understand is not there for it, but can be taken away.
+  const bool is_foreign = last_ && last_->rule && !live_;
+  const bool same =
+      layer == live_ && !is_foreign && (changed_here_ || resolve(layer, When::after_restart).policy == policy());
   if (same) {
     change.after = change.before;
     co_return change;

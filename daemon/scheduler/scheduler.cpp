@@ -31,7 +31,8 @@ void Scheduler::note_uplink() {
 
 bool Scheduler::enqueue(Request request, Time now) {
   request.queued_at = request.asked_at;
-  const auto [it, inserted] = requests_.try_emplace(request.key, Entry{std::move(request), State::waiting, Time{0}});
+  const RequestKey key = request.key;
+  const auto [it, inserted] = requests_.try_emplace(key, Entry{std::move(request), State::waiting, Time{0}});
   if (!inserted) return false;
   std::vector<RequestKey>& keys = by_session_[it->second.request.session];
   keys.push_back(it->first);
@@ -191,7 +192,10 @@ bool Scheduler::complete(RequestKey key, Time now) {
   return finish(key, Outcome::complete, now);
 }
 
-bool Scheduler::fail(RequestKey key, Time now) {
+bool Scheduler::fail(RequestKey key, std::uint64_t offset_bytes, Time now) {
+  const auto it = find_running(key);
+  if (it == requests_.end()) return false;
+  it->second.request.offset_bytes = std::min(offset_bytes, it->second.request.size_bytes);
   return finish(key, Outcome::failed, now);
 }
 
@@ -216,7 +220,8 @@ bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
 }
 
 bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
-  if (!requeue(key, offset_bytes, now) || !has_slot(now) || next(now) != key) return false;
+  if (!requeue(key, offset_bytes, now)) return is_running(key);
+  if (!has_slot(now) || next(now) != key) return false;
   start(requests_.at(key), now);
   return true;
 }

@@ -49,9 +49,10 @@ class Scheduler {
   /// The operator gives a client another share. REQUIRES: weight > 0.
   void set_weight(SessionKey session, double weight, Time now);
 
-  /// A running request ends for good and its slot is free. False if it does not run. [O(log n)]
+  /// A running request ends for good and its slot is free, with all its bytes sent, or all before `offset_bytes`. False
+  /// if it does not run. [O(log n)]
   bool complete(RequestKey key, Time now);
-  bool fail(RequestKey key, Time now);
+  bool fail(RequestKey key, std::uint64_t offset_bytes, Time now);
 
   /// A running request goes back to the queue with what remains from `offset_bytes` on; asked_at stays, queued_at is
   /// `now`. False if it does not run, or if nothing would remain. [O(log n)]

@@ -23,15 +23,16 @@ class SortedBlocks {
 
   /// [O(log n), and the moves of a block]
   void insert(T value) {
-    ++size_;
     if (blocks_.empty()) {
       blocks_.push_back({value});
       firsts_.push_back(std::move(value));
+      ++size_;
       return;
     }
     const std::size_t at = block_of(value);
     Block& block = blocks_[at];
     block.insert(std::upper_bound(block.begin(), block.end(), value), std::move(value));
+    ++size_;
     if (block.size() > kMost) split(at);
     firsts_[at] = blocks_[at].front();
   }

@@ -128,7 +128,7 @@ void VirtualServer::finish_first(State state) {
   const JobId id = tags_[index(state)].front().second;
   Job& job = jobs_.at(id);
   unplace(id, job);
-  place(id, job, State::finished, ++finished_count_);
+  place(id, job, State::finished, static_cast<double>(++finished_count_));
   level();
 }
 

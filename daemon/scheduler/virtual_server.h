@@ -21,7 +21,7 @@ class VirtualServer {
     bool to_come = false;  ///< it has not finished yet
     double when = 0;       ///< seconds at which it will if nothing changes; of a finished one a running number
     JobId job = 0;
-    auto operator<=>(const Finish&) const = default;
+    auto operator<=>(const Finish&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 errs
   };
 
   /// The line's capacity in bytes a second from now on. REQUIRES: more than 0.
@@ -73,7 +73,7 @@ class VirtualServer {
   double share_ = 0;   ///< bytes a second of each sharing job
   double served_ = 0;  ///< bytes that a job would have got that shares since the beginning
   double capped_rate_ = 0;
-  double finished_count_ = 0;
+  std::uint64_t finished_count_ = 0;
   std::unordered_map<JobId, Job> jobs_;
   Order tags_[3];         ///< by state
   Order marked_tags_[3];  ///< the same of those that are marked

@@ -78,7 +78,7 @@ TEST(FairRule, AFailedTransferCostsNothing) {
   Driver d(policy_of("fair"));
   const auto a = d.ask(1, 3'000);
   ASSERT_EQ(d.take(), a);
-  ASSERT_TRUE(d.scheduler.fail(a, d.now));
+  ASSERT_TRUE(d.scheduler.fail(a, 0, d.now));
   const auto b = d.ask(2, 1'500);  // round 3
   d.now += Time{1};
   const auto again = d.ask(1, 3'000);

@@ -139,7 +139,7 @@ TEST(FcsfBurst, NoneAfterAnInterruptedOrFailedPacket) {
   const auto a2 = d.ask(1, 900'000);  // 9 s
   const auto b = d.ask(2, 9'500);     // 0.95 s
   ASSERT_EQ(d.take(), a);
-  ASSERT_TRUE(d.scheduler.fail(a, d.now));
+  ASSERT_TRUE(d.scheduler.fail(a, 0, d.now));
   EXPECT_EQ(d.serve_all(), (Keys{b, a2}));
 }
 

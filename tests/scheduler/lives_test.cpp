@@ -207,7 +207,7 @@ class Life {
     const RequestKey key = pick(State::running, choice);
     if (key == 0) return;
     const bool fails = choice % 4 == 3;
-    RC_ASSERT((fails ? scheduler_.fail(key, now_) : scheduler_.complete(key, now_)));
+    RC_ASSERT((fails ? scheduler_.fail(key, choice % 9'000, now_) : scheduler_.complete(key, now_)));
     RC_ASSERT(!scheduler_.complete(key, now_));
     kept_.erase(key);
     ++served_;

@@ -95,7 +95,7 @@ TEST(Scheduler, NoMoreThanItsSlots) {
   EXPECT_FALSE(scheduler.take(Time{2}));
   EXPECT_EQ(scheduler.running(), 2U);
   EXPECT_EQ(scheduler.waiting(), 1U);
-  EXPECT_TRUE(scheduler.fail(1, Time{3}));
+  EXPECT_TRUE(scheduler.fail(1, 0, Time{3}));
   const auto third = scheduler.take(Time{4});
   ASSERT_TRUE(third);
   EXPECT_EQ(third->key, 3U);
@@ -130,7 +130,7 @@ TEST(Scheduler, OnlyRunningRequestsFinish) {
   ASSERT_TRUE(scheduler.take(Time{3}));
   EXPECT_TRUE(scheduler.complete(1, Time{4}));
   EXPECT_FALSE(scheduler.complete(1, Time{5}));
-  EXPECT_FALSE(scheduler.fail(1, Time{5}));
+  EXPECT_FALSE(scheduler.fail(1, 0, Time{5}));
 }
 
 TEST(Scheduler, RequeuedGoesToTheEndWithWhatRemains) {

@@ -17,6 +17,10 @@
 namespace pmcd::scheduler {
 namespace {
 
+/// Jobs that have their bytes before equal sharing would be through with them: a client may make such jobs without end,
+/// by asking for the last packet of a mesh over and over.
+constexpr std::size_t kMostEnded = 4'096;
+
 class Fsp final : public Rule {
  public:
   explicit Fsp(const Surroundings& surroundings) : surroundings_(surroundings) {}
@@ -89,10 +93,16 @@ class Fsp final : public Rule {
     if (!over || it == jobs_.end() || waiting_.contains(it->second.job)) return;
     const JobId job = it->second.job;
     jobs_.erase(it);
-    if (server_.finished(job)) {
+    // What was given up, equal sharing would not serve either.
+    if (outcome == Outcome::failed || server_.finished(job)) {
       forget(request.session, job);
-    } else {
-      ended_.emplace(job, request.session);
+      return;
+    }
+    ended_.emplace(job, request.session);
+    if (ended_.size() > kMostEnded) {
+      const auto oldest = ended_.begin();
+      forget(oldest->second, oldest->first);
+      ended_.erase(oldest);
     }
   }
 
@@ -146,8 +156,8 @@ class Fsp final : public Rule {
   std::map<std::pair<SessionKey, MeshKey>, Begun> jobs_;  ///< that have not got all their bytes
   std::unordered_map<SessionKey, std::set<JobId>> by_session_;
   std::unordered_map<JobId, std::set<QueueOrder>> waiting_;
-  std::unordered_map<JobId, SessionKey> ended_;  ///< have all their bytes, and were not through in the virtual server
-  std::size_t kept_ = 16;                        ///< of ended_, when it was cleared last
+  std::map<JobId, SessionKey> ended_;  ///< have all their bytes, and were not through in the virtual server
+  std::size_t kept_ = 16;              ///< of ended_, when it was cleared last
   JobId next_id_ = 1;
 };
 
