@@ -84,7 +84,7 @@ Lines snapshot_lines(const Snapshot& snapshot, const ScreenSize& size) {
   // The head, a blank line, the clients, a blank line, the counts of the queue, the queue.
   constexpr std::size_t kFixed = 4;
   const std::size_t room = size.rows ? *size.rows - std::min(*size.rows, kFixed) : kNoLimit;
-  const std::size_t queue_wants = queue.size() + (beyond > 0 ? 1 : 0);
+  const std::size_t queue_wants = queue.empty() ? 0 : queue.size() + (beyond > 0 ? 1 : 0);
   const std::size_t for_clients = std::min(clients.size(), std::max(room / 2, room - std::min(room, queue_wants)));
 
   lines.emplace_back();

@@ -52,7 +52,7 @@ Result<std::vector<scheduler::Policy>> read_policies(const std::vector<std::stri
                                       [&option](const std::string& rule) { return rule_has(rule, option); });
       if (!others) layer.options.insert(entry);
     }
-    if (const auto error = scheduler::check(layer)) return Problem{error->text};
+    if (const auto error = scheduler::check(layer)) return Problem{error->sentence()};
     policies.push_back(scheduler::resolve(std::array{layer}).policy);
   }
   return policies;

@@ -178,11 +178,11 @@ TEST(Policies, options_go_to_the_rules_that_have_them) {
 }
 
 TEST(Policies, errors_are_the_daemons) {
-  EXPECT_EQ(error_of(read_policies({"fifo"}, {"burst=2"})), "option burst is one of rule fcsf, not of rule fifo");
+  EXPECT_EQ(error_of(read_policies({"fifo"}, {"burst=2"})), "option burst: is one of rule fcsf, not of rule fifo");
   EXPECT_EQ(error_of(read_policies({"fifo"}, {"slots=0"})), "option slots: \"0\" is not 1 to 1024, or auto");
   EXPECT_EQ(error_of(read_policies({"fifo"}, {"slots"})), "option \"slots\" is not NAME=VALUE");
   EXPECT_EQ(error_of(read_policies({"fifo"}, {"slots=1", "slots=2"})), "option slots is given twice");
-  EXPECT_EQ(error_of(read_policies({"first"}, {})).substr(0, 24), "there is no rule \"first\"");
+  EXPECT_EQ(error_of(read_policies({"first"}, {})).substr(0, 28), "rule: \"first\" is none of: fi");
 }
 
 }  // namespace

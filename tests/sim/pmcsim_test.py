@@ -78,7 +78,7 @@ class Program(unittest.TestCase):
         self.assertIn("Examples:", pmcsim("paper", "--help").stdout)
         self.fails(2, "--experiment", "paper", "--experiment", "5")
         self.fails(2, "--clients", "run", "--clients", "0")
-        self.fails(1, "there is no rule \"best\"", "run", "--rule", "best")
+        self.fails(1, "rule: \"best\" is none of: fifo", "run", "--rule", "best")
         self.fails(1, "option quantum: \"x\" is not milliseconds", "run", "--option", "quantum=x")
         self.fails(1, "line \"dsl\": has no =", "run", "--line", "dsl")
         self.fails(1, "--line is given 1 times", "paper", "--line", "dsl=1000/1000/10")
