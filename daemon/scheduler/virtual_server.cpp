@@ -136,6 +136,7 @@ void VirtualServer::advance(double now) {
   while (true) {
     const Order& capped = tags_[index(State::capped)];
     const Order& sharing = tags_[index(State::sharing)];
+    // NOLINTNEXTLINE(bugprone-narrowing-conversions): clang-tidy 14 errs on infinity
     const double capped_at = capped.empty() ? kInfinite : capped.front().first;
     const double sharing_at = sharing.empty() ? kInfinite : sharing_finish(sharing.front().first);
     const double next = std::min(capped_at, sharing_at);
