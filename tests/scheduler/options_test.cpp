@@ -233,7 +233,7 @@ TEST(Slots, AutoWhoShareAFullUplinkTakeTurns) {
   EXPECT_FALSE(d.scheduler.quantum_is_over(first, d.now + seconds(9))) << "nobody waits, and the uplink is not full";
   for (std::uint64_t n = 1; n <= 14; ++n) {
     d.now += milliseconds(50);
-    for (const SessionKey session : {1, 2}) {
+    for (const SessionKey session : {SessionKey{1}, SessionKey{2}}) {
       d.scheduler.observe(session, {d.now, 500 + 2'500 * n, true, 0, Time{0}}, d.now);
     }
   }
