@@ -101,18 +101,19 @@ std::vector<std::string> PolicyKeeper::warnings(const std::optional<PolicyLayer>
   const auto forget = [&](const std::string& flag, const std::string& value) {
     warnings.push_back("a restart will forget " + value + ": " + flag + " stands on the command line");
   };
-  if (command_line_.rule &&
-      scheduler::text_of(resolve(live, When::after_restart).policy) !=
-          scheduler::text_of(scheduler::resolve(std::array{*live, command_line_, config_file_}).policy) &&
-      *command_line_.rule != *live->rule) {
-    forget("--rule " + *command_line_.rule, "rule " + *live->rule);
+  const scheduler::Policy now = scheduler::resolve(std::array{*live, command_line_, config_file_}).policy;
+  const scheduler::Policy later = resolve(live, When::after_restart).policy;
+  if (now.rule != later.rule || now.rule_options != later.rule_options) {
+    const std::string options = scheduler::join_options(now.rule_options);
+    forget("--rule " + *command_line_.rule, "rule " + now.rule + (options.empty() ? "" : " ") + options);
   }
-  for (const auto& [name, value] : live->options) {
-    const auto pinned = command_line_.options.find(name);
-    if (pinned != command_line_.options.end() && pinned->second != value) {
-      const scheduler::PolicyLayer option{std::nullopt, {{name, value}}};
-      forget("--" + name + ' ' + pinned->second, scheduler::join_options(option.options));
-    }
+  for (const scheduler::CommonOption& option : scheduler::common_options()) {
+    const auto said = live->options.find(option.name);
+    const auto pinned = command_line_.options.find(option.name);
+    if (said == live->options.end() || pinned == command_line_.options.end() || pinned->second == said->second)
+      continue;
+    const scheduler::PolicyLayer one{std::nullopt, {*said}};
+    forget("--" + pinned->first + ' ' + pinned->second, scheduler::join_options(one.options));
   }
   return warnings;
 }

@@ -33,11 +33,7 @@ QueueView Dispatcher::queue(std::size_t most) const {
   queue.waiting = scheduler_.waiting();
   queue.running = scheduler_.running();
   const auto add = [&](RequestView view) {
-    if (queue.requests.size() < most) {
-      queue.requests.push_back(std::move(view));
-    } else {
-      ++queue.more;
-    }
+    if (queue.requests.size() < most) queue.requests.push_back(std::move(view));
   };
   for (const auto state : {RequestView::State::running, RequestView::State::blocked}) {
     for (const auto& [key, running] : running_) {

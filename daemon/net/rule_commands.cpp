@@ -29,6 +29,12 @@ RuleCommands::Answer refused(std::uint32_t id, ErrorCode code, std::string text)
   return answer;
 }
 
+const SessionView* find(const std::vector<SessionView>& sessions, std::uint64_t key) {
+  const auto it =
+      std::find_if(sessions.begin(), sessions.end(), [key](const SessionView& session) { return session.key == key; });
+  return it == sessions.end() ? nullptr : &*it;
+}
+
 RuleCommands::Answer with(std::uint32_t id, std::string json) {
   RuleCommands::Answer answer;
   answer.id = id;
@@ -143,12 +149,6 @@ awaitable<RuleCommands::Answer> RuleCommands::history(proto::AdminHistory messag
   const auto changes = co_await policy_.history(message.most);
   if (!changes) co_return refused(message.id, ErrorCode::storage_failed, changes.error().detail);
   co_return with(message.id, history_json(changes.value()));
-}
-
-const SessionView* RuleCommands::find(const std::vector<SessionView>& sessions, std::uint64_t key) const {
-  const auto it =
-      std::find_if(sessions.begin(), sessions.end(), [key](const SessionView& session) { return session.key == key; });
-  return it == sessions.end() ? nullptr : &*it;
 }
 
 RuleCommands::Answer RuleCommands::explain(const proto::AdminExplain& message) {

@@ -45,7 +45,6 @@ class RuleCommands {
   awaitable<Answer> history(proto::AdminHistory message);
   Answer explain(const proto::AdminExplain& message);
   Answer weight(const proto::AdminWeight& message);
-  [[nodiscard]] const SessionView* find(const std::vector<SessionView>& sessions, std::uint64_t key) const;
 
   PolicyKeeper& policy_;
   Dispatcher& dispatcher_;

@@ -72,6 +72,7 @@ TEST(RuleRestart, TheCommandLineGoesFirstAndAChangeWarnsOfIt) {
     EXPECT_EQ(change["after"]["text"], "fair aging=0 quantum=90 slots=5 uplink=0") << "now it counts";
     EXPECT_EQ(change["warnings"], (json{"a restart will forget rule fair: --rule spf stands on the command line",
                                         "a restart will forget slots=5: --slots 2 stands on the command line"}));
+    EXPECT_TRUE(set_rule(daemon, "spf", {{"slots", "2"}, {"quantum", "90"}})["warnings"].empty());
     daemon.signal(SIGTERM);
     EXPECT_EQ(daemon.wait(), 0);
   }
@@ -83,6 +84,14 @@ TEST(RuleRestart, TheCommandLineGoesFirstAndAChangeWarnsOfIt) {
   EXPECT_EQ(rule["sources"]["quantum"], "live change");
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0);
+}
+
+/// The command line's rule comes back without the option that the live change gave it.
+TEST(RuleRestart, AnOptionOfTheSameRuleIsForgottenToo) {
+  const TemporaryFolder folder;
+  DaemonProcess daemon(folder.path(), {"--rule", "fcsf"});
+  EXPECT_EQ(set_rule(daemon, "fcsf", {{"burst", "2"}})["warnings"],
+            (json{"a restart will forget rule fcsf burst=2: --rule fcsf stands on the command line"}));
 }
 
 }  // namespace
