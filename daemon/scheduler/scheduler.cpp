@@ -11,10 +11,12 @@ namespace pmcd::scheduler {
 namespace {
 
 /// Of what the uplink carries, so much is payload that the speeds of clients show when it is full: headers, and the
-/// flutter of short measurements, are the rest.
+/// flutter of short measurements, are the rest. What they take of it together is less while several share it, and as
+/// long as that is not called full, more and more of them share it, until each is measured to be slow.
 constexpr double kFull = 0.85;
-/// A measured uplink may be more than what was seen of it, and only trying tells.
-constexpr double kTry = 1.25;
+constexpr double kTaken = 0.75;
+/// Of a measured uplink: it may be more than what was seen of it, and only trying tells.
+constexpr double kTry = 1.06;
 /// Transfers at a time as long as nothing is known of the uplink.
 constexpr std::size_t kSlotsBeforeMeasured = 4;
 
@@ -32,7 +34,7 @@ void Scheduler::note_uplink() {
 bool Scheduler::enqueue(Request request, Time now) {
   request.queued_at = request.asked_at;
   const RequestKey key = request.key;
-  const auto [it, inserted] = requests_.try_emplace(key, Entry{std::move(request), State::waiting, Time{0}});
+  const auto [it, inserted] = requests_.try_emplace(key, Entry{std::move(request), State::waiting, Time{0}, Time{0}});
   if (!inserted) return false;
   std::vector<RequestKey>& keys = by_session_[it->second.request.session];
   keys.push_back(it->first);
@@ -88,6 +90,7 @@ void Scheduler::start(Entry& entry, Time now) {
   leave(entry);
   entry.state = State::running;
   entry.turn_since = now;
+  entry.slot_since = now;
   running_.emplace(entry.request.key, &entry);
   rule_->started(entry.request, clients_.of(entry.request.session), now);
   hold_or_release(entry.request.session, now);
@@ -128,24 +131,24 @@ bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
   if (taken == 0) return true;
   if (taken >= kMaxSlots) return false;
   if (surroundings_.uplink <= 0) return taken < kSlotsBeforeMeasured;
-  return std::max(load(now), clients_.taking(now)) < full_load();
+  return load(now) < (policy_.uplink > 0 ? kFull : kTry) * surroundings_.uplink && !is_uplink_taken(now);
 }
 
-double Scheduler::full_load() const {
-  return kFull * surroundings_.uplink * (policy_.uplink > 0 ? 1.0 : kTry);
+bool Scheduler::is_uplink_taken(Time now) const {
+  return clients_.taking(now) >= (policy_.uplink > 0 ? kTaken : kTry) * surroundings_.uplink;
 }
 
 bool Scheduler::has_rivals(Time now) const {
   if (!ages_.empty()) return true;
   // Where the uplink is full with several at a time, each of them may fill it alone: then the rule is to say who.
-  return !policy_.slots && running_.size() > 1 && surroundings_.uplink > 0 && clients_.taking(now) >= full_load();
+  return !policy_.slots && running_.size() > 1 && surroundings_.uplink > 0 && is_uplink_taken(now);
 }
 
 double Scheduler::load(Time now) const {
   double sum = 0;
   for (const auto& [key, entry] : running_) {
     const SessionKey session = entry->request.session;
-    // What a client can take is what it will take, unless its turn is old enough to show that it does not. One of whom
+    // What a client can take is what it will take, unless it has been served for long enough to show. One of whom
     // nothing is known may take everything.
     double expected = surroundings_.uplink;
     if (const auto speed = clients_.find(session)->speed) {
@@ -153,7 +156,7 @@ double Scheduler::load(Time now) const {
     } else if (const auto guess = clients_.guessed_speed(session)) {
       expected = std::min(expected, *guess);
     }
-    if (now - entry->turn_since >= RecentRate::kSpan) expected = std::min(expected, clients_.taking(session, now));
+    if (now - entry->slot_since >= RecentRate::kSpan) expected = std::min(expected, clients_.taking(session, now));
     sum += expected;
   }
   return sum;
@@ -211,7 +214,10 @@ bool Scheduler::requeue(RequestKey key, std::uint64_t offset_bytes, Time now) {
 }
 
 void Scheduler::turn_begins(RequestKey key, Time now) {
-  if (const auto it = find_running(key); it != requests_.end()) it->second.turn_since = now;
+  const auto it = find_running(key);
+  if (it == requests_.end()) return;
+  if (it->second.slot_since == it->second.turn_since) it->second.slot_since = now;
+  it->second.turn_since = now;
 }
 
 bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
@@ -220,9 +226,16 @@ bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
 }
 
 bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
-  if (!requeue(key, offset_bytes, now)) return is_running(key);
-  if (!has_slot(now) || next(now) != key) return false;
-  start(requests_.at(key), now);
+  const auto it = find_running(key);
+  if (it == requests_.end()) return false;
+  Entry& entry = it->second;
+  const Time slot_since = entry.slot_since;
+  if (!requeue(key, offset_bytes, now)) return true;
+  // Who takes nothing would be the next again and again, for the speed that it once had.
+  const bool takes = now - slot_since < RecentRate::kSpan || clients_.taking(entry.request.session, now) > 0;
+  if (!takes || !has_slot(now) || next(now) != key) return false;
+  start(entry, now);
+  entry.slot_since = slot_since;
   return true;
 }
 

@@ -64,8 +64,8 @@ class Scheduler {
   /// share a full uplink with it.
   [[nodiscard]] bool quantum_is_over(RequestKey key, Time now) const;
   /// At a chunk boundary, when quantum_is_over(): the request goes back to the queue with what remains from
-  /// `offset_bytes` on. If there is a slot and it is the next again, it has another turn, and the answer is true; else
-  /// it waits. REQUIRES: it runs and something remains. [O(log n)]
+  /// `offset_bytes` on. If there is a slot, it is the next again and its client takes something, it has
+  /// another turn, and the answer is true; else it waits. REQUIRES: it runs and something remains. [O(log n)]
   bool yield(RequestKey key, std::uint64_t offset_bytes, Time now);
   /// A waiting request is out of the rule's sight until unpark(): its client cannot take anything now. No effect on
   /// others. [O(log n)]
@@ -113,6 +113,7 @@ class Scheduler {
     Request request;
     State state = State::waiting;
     Time turn_since{0};  ///< of a running one
+    Time slot_since{0};  ///< its first turn in this slot began then
   };
   using Entries = std::unordered_map<RequestKey, Entry>;
   /// Oldest first.
@@ -137,8 +138,8 @@ class Scheduler {
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
   /// What the clients that are being served take of the uplink, or are about to.
   [[nodiscard]] double load(Time now) const;
-  /// From which on the uplink counts as full.
-  [[nodiscard]] double full_load() const;
+  /// Whether the clients together take so much of it that it is full.
+  [[nodiscard]] bool is_uplink_taken(Time now) const;
   /// Whether others would go on if a running request gave its slot back.
   [[nodiscard]] bool has_rivals(Time now) const;
   void note_uplink();

@@ -116,6 +116,22 @@ TEST(GainRule, UntilAMeshIsGoodEnough) {
   EXPECT_EQ(d.serve_all(), (Keys{coarse, good_short, good_long}));
 }
 
+/// Who is faster than the uplink is no better than one that fills it, and one that was not measured may fill it: the
+/// median of the measured ones, two of which are slow, would put it behind a longer mesh.
+TEST(GainRule, GoodEnoughMeshesAreReckonedWithTheUplink) {
+  Policy policy = policy_of("gain", {{"until", "5"}});
+  policy.uplink = 100'000;
+  Driver d(policy);
+  d.measure(1, 5'000);
+  d.measure(2, 5'000);
+  d.measure(3, 400'000);
+  const Levels levels{{9, 4, 0.5}, {10, 8, 0.026}, {10, 16, 0.025}, {10, 32, 1e-5}};
+  const auto slow = d.ask(1, 10, 40'000, 1, 3, profile(levels));
+  const auto unknown = d.ask(4, 10, 300'000, 2, 3, profile(levels));
+  const auto faster = d.ask(3, 10, 310'000, 3, 3, profile(levels));
+  EXPECT_EQ(d.serve_all(), (Keys{unknown, faster, slow}));
+}
+
 TEST(GainRule, ASlowClientCountsForItsShareOfTheUplink) {
   Policy policy = policy_of("gain");
   policy.uplink = 100'000;

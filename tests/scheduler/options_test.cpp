@@ -87,6 +87,27 @@ TEST(Quantum, WhoIsNextAgainHoldsItsSlotForAnotherTurn) {
   EXPECT_EQ(d.take(), large);
 }
 
+/// Its speed of old would make a client that takes nothing the next again and again.
+TEST(Quantum, WhoTakesNothingHasNoOtherTurn) {
+  Driver d(with_quantum("fcsf", milliseconds(250)));
+  d.measure(1, 1'000'000);
+  const auto fast = d.ask(1, 1'000'000);
+  const auto other = d.ask(2, 1'000'000'000);
+  d.scheduler.observe(2, {d.now, 0, true, 0, Time{0}}, d.now);
+  d.now += seconds(4);
+  d.scheduler.observe(2, {d.now, 40'000, false, 0, Time{0}}, d.now);
+  ASSERT_EQ(d.take(), fast);
+  d.scheduler.turn_begins(fast, d.now);
+  d.now += milliseconds(250);
+  ASSERT_TRUE(d.scheduler.quantum_is_over(fast, d.now));
+  EXPECT_TRUE(d.scheduler.yield(fast, 50'000, d.now)) << "what it was sent may still be on its way";
+  d.now += milliseconds(250);
+  ASSERT_TRUE(d.scheduler.quantum_is_over(fast, d.now));
+  EXPECT_FALSE(d.scheduler.yield(fast, 100'000, d.now));
+  d.scheduler.park(fast);
+  EXPECT_EQ(d.take(), other);
+}
+
 TEST(Quantum, ASwitchSetsItForTurnsThatAreOn) {
   Driver d(policy_of("fifo"));
   const auto a = d.ask(1, 100);
@@ -194,6 +215,50 @@ TEST(Slots, AutoAClientThatTakesNothingLeavesRoomAfterHalfASecond) {
   EXPECT_EQ(d.take(), 0U);
   d.now += milliseconds(1);
   EXPECT_EQ(d.take(), other);
+}
+
+/// With another turn of the same client the half second does not begin anew.
+TEST(Slots, AutoAClientThatTakesLittleLeavesRoomInItsSecondTurnToo) {
+  Policy policy = policy_of("srpt", {}, std::nullopt);
+  policy.uplink = 100'000;
+  policy.quantum = milliseconds(400);
+  Driver d(policy);
+  d.measure(1, 90'000);
+  const auto fast = d.ask(1, 1'000'000);
+  d.measure(2, 10'000);
+  const auto slow = d.ask(2, 10'000'000);
+  ASSERT_EQ(d.take(), fast);
+  d.scheduler.turn_begins(fast, d.now);
+  EXPECT_EQ(d.take(), 0U);
+  d.scheduler.observe(1, {d.now, 1'800'000, true, 0, Time{0}}, d.now);
+  for (std::uint64_t n = 1; n <= 8; ++n) {
+    d.now += milliseconds(50);
+    d.scheduler.observe(1, {d.now, 1'800'000 + 1'000 * n, true, 0, Time{0}}, d.now);
+  }
+  ASSERT_TRUE(d.scheduler.yield(fast, 100'000, d.now));
+  EXPECT_EQ(d.take(), 0U);
+  d.now += milliseconds(100);
+  EXPECT_EQ(d.take(), slow);
+}
+
+/// Several that share a full uplink are seen to take less of it than one alone: were a sixth of it taken for room,
+/// more and more would share it.
+TEST(Slots, AutoIsFullWhenThreeQuartersOfTheUplinkAreTaken) {
+  for (const std::uint64_t taken : {74, 76}) {
+    Policy policy = policy_of("fifo", {}, std::nullopt);
+    policy.uplink = 100'000;
+    Driver d(policy);
+    d.measure(1, 30'000);
+    const auto first = d.ask(1, 1'000'000);
+    const auto second = d.ask(2, 1'000'000);
+    ASSERT_EQ(d.take(), first);
+    d.scheduler.observe(3, {d.now, 0, true, 0, Time{0}}, d.now);
+    for (std::uint64_t n = 1; n <= 12; ++n) {
+      d.now += milliseconds(50);
+      d.scheduler.observe(3, {d.now, taken * 50 * n, true, 0, Time{0}}, d.now);
+    }
+    EXPECT_EQ(d.take(), taken < 75 ? second : 0U);
+  }
 }
 
 /// One channel carries one transfer at a time: a client's second request waits for its first, and others go.

@@ -29,18 +29,23 @@ class Gain final : public KeyedRule<GainKey> {
   [[nodiscard]] GainKey key_of(const Request& request, const Client& client, Time) const override {
     // What has no profile is a mesh list: without it a client sees nothing either.
     if (request.packet == 0 || !request.profile) return {0, static_cast<double>(request.remaining_bytes())};
+    const double part = share(client);
     if (until_ && request.profile->halvings(request.packet) >= *until_) {
-      return {2, static_cast<double>(request.remaining_bytes() + request.rest_bytes) /
-                     surroundings_.expected_speed(client)};
+      const double uplink = surroundings_.uplink > 0 ? surroundings_.uplink : kUnknownUplink;
+      return {2, static_cast<double>(request.remaining_bytes() + request.rest_bytes) / (part * uplink)};
     }
-    const double share =
-        client.speed && surroundings_.uplink > 0 ? std::min(1.0, *client.speed / surroundings_.uplink) : 1.0;
-    return {1, -share * request.profile->steepest(request.packet, request.remaining_bytes())};
+    return {1, -part * request.profile->steepest(request.packet, request.remaining_bytes())};
   }
   [[nodiscard]] std::string reason(const GainKey& key, const QueueOrder&, Time) const override {
     if (key.first == 0) return "base packet, " + bytes_text(static_cast<std::uint64_t>(key.second)) + " left";
     if (key.first == 2) return "good enough, " + seconds_text(key.second) + " left of the mesh";
     return "halves the error " + number_text(-key.second * 1000) + " times a kB";
+  }
+
+  /// Of the uplink that the client can take; all of it until it is measured.
+  [[nodiscard]] double share(const Client& client) const {
+    if (!client.speed || surroundings_.uplink <= 0) return 1;
+    return std::min(1.0, *client.speed / surroundings_.uplink);
   }
 
   const std::optional<double> until_;  ///< halvings of the first level's error from which on a mesh is good enough

@@ -13,10 +13,10 @@ namespace pmcd::scheduler {
 /// min(1, speed / uplink), for a slow client holds a slot longer for the same bytes. A client not yet measured counts
 /// as fast. With `until_percent` P (0: none), a client whose mesh has come down to P percent of its first level's error
 /// is good enough: it goes behind all that have not, and among its like the one goes first that can have the rest of
-/// its mesh soonest, as under srpt. [O(log n) an event, O(packets of the mesh) when a request joins the queue] Source:
-/// ours. W. E. Smith, Various optimizers for single-stage production (1956), shows that weight over time is the order
-/// of least weighted completion; the upper hull over the coming packets is that ratio where a small packet of little
-/// worth stands before one of much.
+/// its mesh soonest, which is reckoned with the same min(1, speed / uplink). [O(log n) an event, O(packets of the mesh)
+/// when a request joins the queue] Source: ours. W. E. Smith, Various optimizers for single-stage production (1956),
+/// shows that weight over time is the order of least weighted completion; the upper hull over the coming packets is
+/// that ratio where a small packet of little worth stands before one of much.
 std::unique_ptr<Rule> make_gain(unsigned until_percent, const Surroundings& surroundings);
 
 }  // namespace pmcd::scheduler
