@@ -18,6 +18,9 @@ namespace pmcd::net {
 
 /// The scheduler's time at a moment of the daemon's clock.
 scheduler::Time scheduler_time(Clock::time_point time);
+inline scheduler::Time scheduler_now() {
+  return scheduler_time(Clock::now());
+}
 
 class DataLine {
  public:

@@ -10,23 +10,14 @@
 #include <utility>
 
 #include "daemon/net/on_exit.h"
+#include "daemon/net/packet_cache.h"
 #include "daemon/net/session.h"
 #include "proto/messages.h"
 
 namespace pmcd::net {
 namespace {
 
-using std::chrono::milliseconds;
-
 constexpr std::size_t kMostAbandoned = 16;
-constexpr Duration kFirstPoll = milliseconds(1);
-constexpr Duration kLongestPoll = milliseconds(20);
-/// Between two looks at how full the uplink is, while requests wait for it.
-constexpr Duration kUplinkPoll = milliseconds(50);
-
-scheduler::Time scheduler_now() {
-  return scheduler_time(Clock::now());
-}
 
 }  // namespace
 
@@ -116,9 +107,10 @@ void Dispatcher::pump() {
     if (!request) break;
     auto node = waiting_.extract(request->key);
     Turn& turn = turn_of(node.mapped());
-    if (turn.running.empty()) {
-      turn.line.pace.begin(turn.channel->last_acknowledged(), Clock::now());
-    }
+    const std::uint64_t acknowledged = turn.channel->acknowledged_position();
+    // One that owes from an earlier turn has no new grace.
+    const bool owes = turn.line.pace.has_begun() && acknowledged < turn.channel->queued_position();
+    if (turn.running.empty() && !owes) turn.line.pace.begin(acknowledged, Clock::now());
     turn.running.push_back(request->key);
     watched_.insert(request->session);
     Running running;
@@ -150,7 +142,8 @@ void Dispatcher::start(Key key) {
                   meshes_.mesh_list(transfer.list->filter, transfer.list->after, transfer.list->most));
     return;
   }
-  transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
+  transfer.kept.reset();
+  if (!transfer.bytes) transfer.bytes = meshes_.cached_packet(transfer.mesh, transfer.packet);
   if (transfer.bytes && transfer.bytes->size() == scheduler_.find(key)->size_bytes) {
     running.stage = Stage::sending;
     feed(key);
@@ -227,7 +220,7 @@ void Dispatcher::feed(Key key) {
   const scheduler::Client* client = scheduler_.clients().find(transfer.session->key());
   const std::size_t chunk = turn.line.chunk_bytes(client == nullptr ? std::nullopt : client->speed);
   while (running.next < total && data.has_room() && data.unwritten() < chunk) {
-    if (!may_go_on(key)) return;
+    if (running.begun && !may_go_on(key)) return;
     const std::size_t size = std::min<std::size_t>(chunk, total - running.next);
     const auto head = proto::encode_chunk_header({transfer.id, transfer.handle, transfer.packet, running.next, total},
                                                  static_cast<std::uint32_t>(size));
@@ -246,11 +239,11 @@ void Dispatcher::feed(Key key) {
 bool Dispatcher::may_go_on(Key key) {
   Running& running = running_.at(key);
   // A mesh list is one short page. When the daemon ends, what runs is to come to its end.
-  if (!running.begun || running.transfer.list || draining_) return true;
+  if (running.transfer.list || draining_) return true;
   if (!scheduler_.quantum_is_over(key, scheduler_now())) return true;
-  if (scheduler_.yield(key, running.next, scheduler_now())) return true;
+  if (scheduler_.yield(key, running.next, scheduler_now(), abandoned_.size())) return true;
   ++interruptions_;
-  running.transfer.bytes.reset();
+  keep_or_drop_packet(running.transfer);
   running.stage = Stage::stopped;
   if (turn_of(running.transfer).channel->unwritten() > 0) {
     scheduler_.park(key);
@@ -261,11 +254,21 @@ bool Dispatcher::may_go_on(Key key) {
   return false;
 }
 
+void Dispatcher::keep_or_drop_packet(Transfer& transfer) {
+  const std::size_t size = transfer.bytes->size();
+  if (PacketCache::takes(size, limits_.cache_bytes) || size > limits_.cache_bytes - kept_bytes_) {
+    transfer.bytes.reset();
+    return;
+  }
+  kept_bytes_ += size;
+  transfer.kept = std::shared_ptr<const void>(nullptr, [this, size](const void*) { kept_bytes_ -= size; });
+}
+
 void Dispatcher::wait_again(Key key) {
   auto node = running_.extract(key);
   Transfer& transfer = node.mapped().transfer;
   transfer.offset = node.mapped().next;
-  transfer.begun = true;
+  transfer.begun = transfer.begun || node.mapped().begun;
   std::erase(turn_of(transfer).running, key);
   scheduler_.unpark(key, scheduler_now());  // no effect when it was not parked
   waiting_.emplace(key, std::move(transfer));
@@ -291,14 +294,6 @@ void Dispatcher::end_sending(Key key) {
   look_by(transfer.session->key(), turn, Clock::now() + turn.line.pause);
 }
 
-void Dispatcher::look_by(scheduler::SessionKey session, Turn& turn, Clock::time_point when) {
-  watched_.insert(session);
-  const auto now = Clock::now();
-  if (turn.line.look_at > now && turn.line.look_at <= when) return;
-  turn.line.look_at = when;
-  if (watching_ && when + kFirstPoll < watch_wakes_at_) watch_.notify();
-}
-
 void Dispatcher::progress(scheduler::SessionKey session) {
   const auto turn = turns_.find(session);
   if (turn == turns_.end() || turn->second.running.empty()) return;
@@ -315,39 +310,6 @@ void Dispatcher::progress(scheduler::SessionKey session) {
     const auto it = running_.find(key);
     if (it != running_.end() && it->second.stage == Stage::sending) guarded(key, [&] { feed(key); });
   }
-}
-
-void Dispatcher::heard(scheduler::SessionKey session) {
-  const auto turn = turns_.find(session);
-  if (turn == turns_.end() || !watched_.contains(session)) return;
-  look(session, turn->second, Clock::now());
-  settle(session);
-}
-
-void Dispatcher::look(scheduler::SessionKey session, Turn& turn, Clock::time_point now) {
-  const DataLine::News news = turn.line.look(now);
-  scheduler_.observe(session, news.sample, scheduler_time(now));
-  if (news.payload > 0) scheduler_.acknowledged(session, news.payload, scheduler_time(now));
-}
-
-bool Dispatcher::is_through(const Running& running, Turn& turn) const {
-  if (running.stage != Stage::sent) return false;
-  if (turn.channel->last_acknowledged() >= running.end_position) return true;
-  return scheduler_.frees_slot_when_written() && turn.line.sent();
-}
-
-void Dispatcher::settle(scheduler::SessionKey session) {
-  const auto turn = turns_.find(session);
-  if (turn == turns_.end()) return;
-  for (const Key key : std::vector<Key>(turn->second.running)) {
-    const Running& running = running_.at(key);
-    // A client that takes nothing comes to no chunk boundary by itself, but its turn ends all the same.
-    if (running.stage == Stage::sending && !may_go_on(key)) continue;
-    if (!is_through(running, turn->second)) continue;
-    if (!running.cancelled) scheduler_.complete(key, scheduler_now());
-    release(key);
-  }
-  if (turn->second.running.empty() && !turn->second.line.owes()) watched_.erase(session);
 }
 
 void Dispatcher::release(Key key) {
@@ -370,85 +332,6 @@ void Dispatcher::switch_to(scheduler::Policy policy) {
 
 void Dispatcher::set_weight(scheduler::SessionKey session, double weight) {
   scheduler_.set_weight(session, weight, scheduler_now());
-}
-
-awaitable<void> Dispatcher::watch() {
-  const OnExit over([this] { watching_ = false; });
-  const Duration tick = std::clamp<Duration>(limits_.stall / 8, milliseconds(5), milliseconds(250));
-  Clock::time_point judge_at = Clock::now() + tick;
-  // It outlasts a short pause between transfers, so that not each of them starts a watch of its own.
-  for (bool idle = false; !watched_.empty() || !(idle || draining_);) {
-    idle = watched_.empty();
-    watch_wakes_at_ = std::min(judge_at, poll(Clock::now()));
-    co_await watch_.wait_until(watch_wakes_at_);
-    const auto now = Clock::now();
-    if (now < judge_at) continue;
-    judge_at = now + tick;
-    judge(now);
-  }
-}
-
-void Dispatcher::hurry() {
-  if (scheduler_.waiting() == 0 || scheduler_.has_slot(scheduler_now(), abandoned_.size())) return;
-  const auto soon = Clock::now() + kFirstPoll;
-  for (auto& [key, running] : running_) {
-    if (running.stage != Stage::sent || running.hurried) continue;
-    running.hurried = true;
-    Turn& turn = turn_of(running.transfer);
-    turn.line.pause = kFirstPoll;
-    look_by(running.transfer.session->key(), turn, soon);
-  }
-}
-
-Clock::time_point Dispatcher::poll(Clock::time_point now) {
-  std::vector<scheduler::SessionKey> due;
-  for (const auto session : watched_) {
-    if (turns_.at(session).line.look_at <= now) due.push_back(session);
-  }
-  for (const auto session : due) {
-    const auto turn = turns_.find(session);
-    if (turn == turns_.end()) continue;
-    turn->second.line.pause = std::min(turn->second.line.pause * 2 + kFirstPoll, kLongestPoll);
-    turn->second.line.look_at = now + turn->second.line.pause;
-    look(session, turn->second, now);
-    settle(session);
-  }
-  const bool uplink_matters = scheduler_.waiting() > 0 && scheduler_.frees_slot_when_written();
-  if (uplink_matters && now >= uplink_at_) {
-    uplink_at_ = now + kUplinkPoll;
-    pump_soon();
-  }
-  Clock::time_point next = uplink_matters ? uplink_at_ : Clock::time_point::max();
-  for (const auto session : watched_) next = std::min(next, turns_.at(session).line.look_at);
-  return next;
-}
-
-void Dispatcher::judge(Clock::time_point now) {
-  std::vector<std::pair<std::shared_ptr<Session>, Pace::Verdict>> dropped;
-  for (const auto key : watched_) {
-    Turn& turn = turns_.at(key);
-    const auto session = turn.session.lock();
-    if (!session || (turn.running.empty() && !turn.line.owes())) continue;
-    const std::uint64_t acknowledged = turn.channel->acknowledged_position();
-    const Pace::Verdict verdict = turn.line.pace.note(acknowledged, turn.line.owes(), now, limits_);
-    if (verdict != Pace::Verdict::fine) dropped.emplace_back(session, verdict);
-  }
-  for (const auto& [session, verdict] : dropped) {
-    session->close(proto::ErrorCode::stalled, verdict == Pace::Verdict::stalled
-                                                  ? "the data channel acknowledges nothing"
-                                                  : "the data channel acknowledges less than the least rate");
-  }
-}
-
-void Dispatcher::drain() {
-  draining_ = true;
-  watch_.notify();
-}
-
-awaitable<bool> Dispatcher::wait_idle(Duration limit) {
-  const Clock::time_point deadline = Clock::now() + limit;
-  while (running() > 0 && Clock::now() < deadline) co_await idle_.wait_until(deadline);
-  co_return running() == 0;
 }
 
 }  // namespace pmcd::net

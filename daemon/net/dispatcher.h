@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Between sessions and scheduler: requests go in, and when the scheduler gives one a slot, its transfer runs here,
 // chunk by chunk, until its turn is over or the client's kernel has acknowledged its last byte. What the kernel says of
-// each client's channel goes to the scheduler. It knows no rule; the scheduler knows no socket.
+// each client's channel goes to the scheduler. It knows no rule; the scheduler knows no socket. Turns are in
+// dispatcher.cpp, what is seen of the clients' lines in dispatcher_watch.cpp.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -108,6 +110,9 @@ class Dispatcher {
   void feed(Key key);
   /// At a chunk boundary: whether the transfer may go on. If not, it waits again, or will once its channel is empty.
   bool may_go_on(Key key);
+  /// An interrupted transfer keeps its packet if no cache takes it, so that the next turn need not read it again: as
+  /// far as there is room, as much as the cache's.
+  void keep_or_drop_packet(Transfer& transfer);
   /// A stopped transfer joins the queue.
   void wait_again(Key key);
   /// The end of the transfer is queued behind its last chunk.
@@ -119,7 +124,7 @@ class Dispatcher {
   void look(scheduler::SessionKey session, Turn& turn, Clock::time_point now);
   /// Those of the session's transfers that are through, or may wait again, as of this look.
   void settle(scheduler::SessionKey session);
-  [[nodiscard]] bool is_through(const Running& running, Turn& turn) const;
+  [[nodiscard]] bool is_through(Key key, const Running& running, Turn& turn) const;
   /// The session is looked at no later than then.
   void look_by(scheduler::SessionKey session, Turn& turn, Clock::time_point when);
   /// Runs while anything is running or owed: asks the kernel what was acknowledged, and closes sessions that do not
@@ -132,6 +137,11 @@ class Dispatcher {
   void judge(Clock::time_point now);
   [[nodiscard]] RequestView view(const Transfer& transfer, const scheduler::Request& request) const;
 
+  static constexpr Duration kFirstPoll = std::chrono::milliseconds(1);
+  static constexpr Duration kLongestPoll = std::chrono::milliseconds(20);
+
+  /// Before what waits and runs, whose packets count themselves off.
+  std::size_t kept_bytes_ = 0;
   scheduler::Scheduler scheduler_;
   MeshSource& meshes_;
   TaskGroup& tasks_;

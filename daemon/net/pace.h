@@ -18,6 +18,7 @@ class Pace {
 
   /// The client's turn begins, or goes on with another transfer.
   void begin(std::uint64_t acknowledged, Clock::time_point now);
+  [[nodiscard]] bool has_begun() const { return noted_at_ != Clock::time_point{}; }
 
   /// `acknowledged`: position in the stream, never falling. `owes`: it has not acknowledged all that was sent.
   /// stalled: it owed all the time and acknowledged nothing for limits.stall. too_slow: over the last

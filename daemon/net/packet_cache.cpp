@@ -16,7 +16,7 @@ SharedBytes PacketCache::find(const PacketKey& key) {
 void PacketCache::put(const PacketKey& key, SharedBytes bytes) {
   if (const auto it = entries_.find(key); it != entries_.end()) erase(it);
   const std::size_t size = cost(bytes);
-  if (size > limit_ / kLargestPart) return;
+  if (!takes(bytes->size(), limit_)) return;
   while (bytes_ + size > limit_) erase(entries_.find(order_.back().key));
   // In this order nothing has changed if there is no memory for one of the two.
   Order fresh;

@@ -38,6 +38,11 @@ class PacketCache {
   /// A packet that would take more than this part of the cache is not kept: it would push out too many others.
   static constexpr std::size_t kLargestPart = 4;
 
+  /// Whether a packet of `size` bytes is kept in a cache of `limit_bytes`.
+  static bool takes(std::size_t size, std::size_t limit_bytes) {
+    return size + kEntryBytes <= limit_bytes / kLargestPart;
+  }
+
   /// `limit_bytes` 0: nothing is kept.
   explicit PacketCache(std::size_t limit_bytes) : limit_(limit_bytes) {}
   PacketCache(const PacketCache&) = delete;

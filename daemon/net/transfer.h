@@ -26,7 +26,10 @@ struct Transfer {
   /// Of a mesh list, which has no handle: what is asked for. Its page is made when its turn comes, so that those who
   /// wait hold no memory.
   std::optional<proto::GetMeshList> list;
-  SharedBytes bytes;  ///< the whole packet or page, from when the transfer has started until all of it is queued
+  /// The whole packet or page, from when the transfer has started until all of it is queued, and of an interrupted one
+  /// as long as it is kept.
+  SharedBytes bytes;
+  std::shared_ptr<const void> kept;  ///< of an interrupted one that keeps its packet: holds the room that it takes
 };
 
 }  // namespace pmcd::net

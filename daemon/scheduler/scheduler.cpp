@@ -225,7 +225,7 @@ bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
   return it != running_.end() && policy_.quantum && now - it->second->turn_since >= *policy_.quantum && has_rivals(now);
 }
 
-bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
+bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now, std::size_t taken_slots) {
   const auto it = find_running(key);
   if (it == requests_.end()) return false;
   Entry& entry = it->second;
@@ -233,7 +233,7 @@ bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now) {
   if (!requeue(key, offset_bytes, now)) return true;
   // Who takes nothing would be the next again and again, for the speed that it once had.
   const bool takes = now - slot_since < RecentRate::kSpan || clients_.taking(entry.request.session, now) > 0;
-  if (!takes || !has_slot(now) || next(now) != key) return false;
+  if (!takes || !has_slot(now, taken_slots) || next(now) != key) return false;
   start(entry, now);
   entry.slot_since = slot_since;
   return true;

@@ -65,8 +65,9 @@ class Scheduler {
   [[nodiscard]] bool quantum_is_over(RequestKey key, Time now) const;
   /// At a chunk boundary, when quantum_is_over(): the request goes back to the queue with what remains from
   /// `offset_bytes` on. If there is a slot, it is the next again and its client takes something, it has
-  /// another turn, and the answer is true; else it waits. REQUIRES: it runs and something remains. [O(log n)]
-  bool yield(RequestKey key, std::uint64_t offset_bytes, Time now);
+  /// another turn, and the answer is true; else it waits. `taken_slots`: as of take(). REQUIRES: it runs and something
+  /// remains. [O(log n)]
+  bool yield(RequestKey key, std::uint64_t offset_bytes, Time now, std::size_t taken_slots = 0);
   /// A waiting request is out of the rule's sight until unpark(): its client cannot take anything now. No effect on
   /// others. [O(log n)]
   void park(RequestKey key);

@@ -104,6 +104,39 @@ TEST(SlowClient, ThatStopsReadingLosesItsSlotAndLeavesNothingBehind) {
   EXPECT_EQ(end_of(stalled.data), ECONNRESET);
 }
 
+scheduler::Policy with_quantum(milliseconds quantum) {
+  scheduler::Policy policy = ServerInThread::fifo(1);
+  policy.quantum = quantum;
+  return policy;
+}
+
+/// What of a client that takes nothing holds the only slot: its second mesh, of which no chunk has room behind the
+/// first one's, or a packet whose end waits in the channel already. A turn ends all the same, long before the client is
+/// dropped.
+TEST(SlowClient, ThatTakesNothingLosesItsTurnWhateverOfItHoldsTheSlot) {
+  net::Limits limits;
+  limits.stall = milliseconds(60'000);
+  limits.linger = milliseconds(200);
+  constexpr milliseconds kQuantum{200};
+  for (const std::size_t bytes : {8'000'000, 9'000}) {
+    ServerInThread server(limits, with_quantum(kQuantum));
+    const FakeMesh small = fake_mesh(2, {100});
+    ingest(server, "first", fake_mesh(1, {bytes}));
+    ingest(server, "second", fake_mesh(3, {8'000'000}));
+    ingest(server, "small", small);
+    auto stalled = RawSession::open(server.request_port(), 4096);
+    stalled.open_mesh(1, "first");
+    ASSERT_TRUE(stalled.data.stirs(kPatience));
+    std::this_thread::sleep_for(milliseconds(100));
+    stalled.open_mesh(2, "second");
+    auto next = RawSession::open(server.request_port());
+    const auto asked = Clock::now();
+    next.open_mesh(1, "small");
+    EXPECT_EQ(next.next_transfer().bytes, small.packets[0]);
+    EXPECT_LT(Clock::now() - asked, 4 * kQuantum + kSlack) << bytes;
+  }
+}
+
 TEST(SlowClient, WhoseSessionEndsLeavesLittleBehind) {
   net::Limits limits;
   limits.linger = milliseconds(200);
