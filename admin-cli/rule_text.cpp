@@ -3,6 +3,8 @@
 #include "admin-cli/rule_text.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 
 #include "admin-cli/amounts.h"
 #include "proto/text.h"
@@ -113,7 +115,8 @@ Lines change_warnings(const ordered_json& document) {
 }
 
 Lines history_lines(const ordered_json& document) {
-  std::vector<Lines> rows;
+  // By number, so that a damaged change stands where it happened.
+  std::multimap<double, Lines, std::greater<>> by_number;
   for (const ordered_json& change : rows_of(document, "changes")) {
     const bool to_configuration = field(change, "rule") == "-";
     std::string policy = to_configuration ? "(the configuration)" : field(change, "rule");
@@ -123,9 +126,16 @@ Lines history_lines(const ordered_json& document) {
     if (const std::string reverts = field(change, "reverts"); reverts != "-" && !to_configuration) {
       policy += " (back to " + reverts + ")";
     }
-    rows.push_back(
-        {field(change, "number"), field(change, "changed_at"), field(change, "uid"), field(change, "pid"), policy});
+    by_number.insert(
+        {number_of(change, "number").value_or(0),
+         {field(change, "number"), field(change, "changed_at"), field(change, "uid"), field(change, "pid"), policy}});
   }
+  for (const ordered_json& change : rows_of(document, "damaged")) {
+    by_number.insert({number_of(change, "number").value_or(0),
+                      {field(change, "number"), "-", "-", "-", "(damaged: " + field(change, "error") + ")"}});
+  }
+  std::vector<Lines> rows;
+  for (auto& [number, row] : by_number) rows.push_back(std::move(row));
   return table_lines({{"number"}, {"changed_at", false}, {"uid"}, {"pid"}, {"rule", false}}, rows);
 }
 

@@ -18,7 +18,7 @@ std::string change_line(const ordered_json& document);
 /// The warnings of set-rule or revert.
 Lines change_warnings(const ordered_json& document);
 
-/// Past changes, newest first.
+/// Past changes, newest first, those that are damaged in their place.
 Lines history_lines(const ordered_json& document);
 
 }  // namespace pmcd::admin

@@ -126,12 +126,22 @@ std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
   return std::move(thread).value();
 }
 
-/// What an operator has said last while a daemon ran. Waits for the database.
-store::Result<std::optional<store::RuleChange>> last_live_change(store::StoreThread& writer) {
-  using Answer = store::Result<std::optional<store::RuleChange>>;
+/// What an operator has said last while a daemon ran; none, and a line in the log, if the database fails. Waits for the
+/// database. Damage to the history is no reason to serve no meshes.
+std::optional<store::LastChange> last_live_change(store::StoreThread& writer, const std::string& database) {
+  using Answer = store::Result<store::LastChange>;
   const auto answer = std::make_shared<std::promise<Answer>>();
-  writer.post([answer](store::MeshStore& store) { answer->set_value(store.rules().newest()); });
-  return answer->get_future().get();
+  writer.post([answer](store::MeshStore& store) { answer->set_value(store.rules().last()); });
+  Answer last = answer->get_future().get();
+  if (last) return std::move(last).value();
+  const store::Error& error = last.error();
+  if (error.code == store::ErrorCode::database_corrupt) {
+    spdlog::warn("database {}: the history of the rule cannot be read, live changes are left out: {}", database,
+                 error.detail);
+    return store::LastChange();
+  }
+  spdlog::critical("database {}: {}: {}", database, store::error_name(error.code), error.detail);
+  return std::nullopt;
 }
 
 int serve(const Config& config) {
@@ -167,12 +177,9 @@ int serve(const Config& config) {
   if (!writer) return kFailed;
   const auto reader = open_database(config.database);
   if (!reader) return kFailed;
-  auto live = last_live_change(*writer);
-  if (!live) {
-    spdlog::critical("database {}: {}: {}", config.database, store::error_name(live.error().code), live.error().detail);
-    return kFailed;
-  }
-  net::PolicySources policy{config.command_line_policy, config.file_policy, std::move(live).value()};
+  auto live = last_live_change(*writer, config.database);
+  if (!live) return kFailed;
+  net::PolicySources policy{config.command_line_policy, config.file_policy, *std::move(live)};
   net::Server server(io, *reader, *writer, std::move(policy), std::move(options));
   bool in_order = false;
   net::asio::co_spawn(io, end_on_signal(signals, server, io, longest_end, in_order), net::asio::detached);

@@ -16,7 +16,8 @@
 // set_rule and revert: {"changed" (false for a dry run, or when nothing would differ),"dry_run","warnings":[text...],
 //            "before":R,"after":R}
 // history:  {"changes":[{"number","changed_at","rule"|null (back to the configuration),"options" ("name=value ..."),
-//            "uid","pid","reverts"|null}]} newest first.
+//            "uid","pid","reverts"|null}],"damaged":[{"number","error"}]} both newest first; damaged: changes that
+//            the database cannot give any more.
 // queue:    {"rule","text","waiting","running" (counts),"requests":[request...],"more"}: running first, then waiting in
 //            the order in which they would go; at most 1000 requests, `more` is the count of those left out. A request:
 //            {"rank" (1: next, 0: running),"state":"running"|"waiting"|"blocked","client","address","mesh","packet",

@@ -48,7 +48,12 @@ PolicyKeeper::PolicyKeeper(Executor executor, store::StoreThread& writer, Policy
       config_file_(std::move(sources.config_file)),
       apply_(std::move(apply)),
       started_at_(seconds_since_1970()),
-      last_(std::move(sources.live)) {
+      last_(std::move(sources.live.change)),
+      version_(sources.live.version) {
+  for (const store::DamagedChange& damaged : sources.live.damaged) {
+    spdlog::warn("live change {} of the rule is damaged and is left out: {}", damaged.number,
+                 proto::printable(damaged.error, proto::kMaxErrorTextBytes));
+  }
   if (last_ && last_->rule) {
     live_ = layer_of(*last_);
     if (!live_) {
@@ -81,7 +86,7 @@ PolicyKeeper::Report PolicyKeeper::report_of(const scheduler::Resolved& resolved
   };
   Report report;
   report.policy = resolved.policy;
-  report.version = live ? live->number : 0;
+  report.version = std::max(version_, live ? live->number : 0);
   report.since = started_at_;
   report.rule_from = name(resolved.rule_from);
   for (const auto& [option, source] : resolved.from) report.from.emplace_back(option, name(source));
@@ -152,23 +157,23 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
 
 awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeeper::change(
     std::optional<PolicyLayer> layer, std::optional<std::int64_t> reverts, proto::ChangeTerms terms, PeerIdentity who) {
-  const std::int64_t version = last_ ? last_->number : 0;
-  if (terms.if_version && *terms.if_version != static_cast<std::uint64_t>(version)) {
-    co_return Refusal{proto::ErrorCode::version_changed, "the rule's version is " + std::to_string(version) + ", not " +
-                                                             std::to_string(*terms.if_version)};
+  if (terms.if_version && *terms.if_version != static_cast<std::uint64_t>(version_)) {
+    co_return Refusal{proto::ErrorCode::version_changed, "the rule's version is " + std::to_string(version_) +
+                                                             ", not " + std::to_string(*terms.if_version)};
   }
   Change change;
   change.before = report();
   change.warnings = warnings(layer);
-  store::RuleChange done{version, seconds_since_1970(), std::nullopt, "", who.uid, who.pid, reverts};
+  store::RuleChange done{version_, seconds_since_1970(), std::nullopt, "", who.uid, who.pid, reverts};
   if (layer) {
     done.rule = layer->rule;
     done.options = scheduler::join_options(layer->options);
   }
-  // What this daemon does not understand is not there for it, but can be taken away.
+  // What this daemon does not understand, or cannot read, is not there for it, but can be taken away.
   const bool is_foreign = last_ && last_->rule && !live_;
-  const bool same =
-      layer == live_ && !is_foreign && (changed_here_ || resolve(layer, When::after_restart).policy == policy());
+  const bool is_damaged = version_ > (last_ ? last_->number : 0);
+  const bool same = layer == live_ && !is_foreign && !is_damaged &&
+                    (changed_here_ || resolve(layer, When::after_restart).policy == policy());
   if (same) {
     change.after = change.before;
     co_return change;
@@ -196,6 +201,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
     co_return change;
   }
   live_ = std::move(layer);
+  version_ = done.number;
   last_ = std::move(done);
   resolved_ = std::move(resolved);
   change.changed = true;
@@ -203,7 +209,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
   co_return change;
 }
 
-awaitable<store::Result<std::vector<store::RuleChange>>> PolicyKeeper::history(std::uint32_t most) {
+awaitable<store::Result<store::RuleChanges>> PolicyKeeper::history(std::uint32_t most) {
   auto work = [most](store::MeshStore& store) {
     return store.rules().newest(most == 0 ? store::kMaxRuleChanges : most);
   };

@@ -24,7 +24,7 @@ namespace pmcd::net {
 struct PolicySources {
   scheduler::PolicyLayer command_line;
   scheduler::PolicyLayer config_file;
-  std::optional<store::RuleChange> live;  ///< the last live change of earlier runs
+  store::LastChange live;  ///< of earlier runs
 };
 
 /// At the start the command line goes before the last live change, and that before the config file; a change made while
@@ -33,7 +33,8 @@ class PolicyKeeper {
  public:
   /// `apply` makes a policy the one that decides, on the loop. REQUIRES: `writer` outlives the keeper and its
   /// coroutines, and check() finds nothing in the layers of command line and config file. A live change that an older
-  /// or newer daemon wrote and this one does not understand is left out and logged.
+  /// or newer daemon wrote and this one does not understand is left out and logged; one that is damaged is logged, and
+  /// the one before it counts.
   PolicyKeeper(Executor executor, store::StoreThread& writer, PolicySources sources,
                std::function<void(const scheduler::Policy&)> apply);
   PolicyKeeper(const PolicyKeeper&) = delete;
@@ -44,7 +45,7 @@ class PolicyKeeper {
   /// The policy in force, for people and programs.
   struct Report {
     scheduler::Policy policy;
-    std::int64_t version = 0;        ///< number of the last live change; 0: none
+    std::int64_t version = 0;        ///< number of the last live change, damaged or not; 0: none
     std::int64_t since = 0;          ///< seconds since 1970
     std::optional<PeerIdentity> by;  ///< none: configuration
     std::string rule_from;
@@ -67,10 +68,10 @@ class PolicyKeeper {
   awaitable<std::variant<Change, Refusal>> set(scheduler::PolicyLayer layer, proto::ChangeTerms terms,
                                                PeerIdentity who);
   /// Goes back to what change `number` of the history said; 0: to the configuration. Refusals: as set(),
-  /// unknown_change.
+  /// unknown_change, and storage_failed also when that change is damaged.
   awaitable<std::variant<Change, Refusal>> revert(std::uint64_t number, proto::ChangeTerms terms, PeerIdentity who);
-  /// Newest first; `most` 0: all that are kept.
-  awaitable<store::Result<std::vector<store::RuleChange>>> history(std::uint32_t most);
+  /// The newest; `most` 0: all that are kept.
+  awaitable<store::Result<store::RuleChanges>> history(std::uint32_t most);
 
  private:
   /// The layers in the order in which they count now, or would after a restart with this live change.
@@ -90,7 +91,8 @@ class PolicyKeeper {
   const std::function<void(const scheduler::Policy&)> apply_;
   const std::int64_t started_at_;
   std::optional<scheduler::PolicyLayer> live_;  ///< what the last change said; none: nothing, or back to configuration
-  std::optional<store::RuleChange> last_;       ///< the last change
+  std::optional<store::RuleChange> last_;       ///< the last change that is whole
+  std::int64_t version_;                        ///< number of the last change; above last_'s: it is damaged
   bool changed_here_ = false;                   ///< it was made in this run
   scheduler::Resolved resolved_;
 };

@@ -125,9 +125,9 @@ std::string change_json(const PolicyKeeper::Change& change, bool dry_run, const 
                  {"after", policy_object(change.after, uplink)}});
 }
 
-std::string history_json(const std::vector<store::RuleChange>& changes) {
+std::string history_json(const store::RuleChanges& history) {
   Json rows = Json::array();
-  for (const store::RuleChange& change : changes) {
+  for (const store::RuleChange& change : history.changes) {
     rows.push_back({{"number", change.number},
                     {"changed_at", utc_time(change.changed_at)},
                     {"rule", change.rule ? Json(*change.rule) : Json(nullptr)},
@@ -136,7 +136,9 @@ std::string history_json(const std::vector<store::RuleChange>& changes) {
                     {"pid", change.pid},
                     {"reverts", change.reverts ? Json(*change.reverts) : Json(nullptr)}});
   }
-  return dumped({{"changes", std::move(rows)}});
+  Json damaged = Json::array();
+  for (const auto& [number, error] : history.damaged) damaged.push_back({{"number", number}, {"error", error}});
+  return dumped({{"changes", std::move(rows)}, {"damaged", std::move(damaged)}});
 }
 
 std::string queue_json(const scheduler::Policy& policy, const QueueView& queue) {

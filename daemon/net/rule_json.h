@@ -23,7 +23,7 @@ struct UplinkView {
 std::string rules_json();
 std::string rule_json(const PolicyKeeper::Report& report, const UplinkView& uplink);
 std::string change_json(const PolicyKeeper::Change& change, bool dry_run, const UplinkView& uplink);
-std::string history_json(const std::vector<store::RuleChange>& changes);
+std::string history_json(const store::RuleChanges& history);
 std::string queue_json(const scheduler::Policy& policy, const QueueView& queue);
 std::string clients_json(const UplinkView& uplink, const std::vector<std::pair<SessionView, ClientView>>& clients);
 std::string explain_json(const scheduler::Policy& policy, const SessionView& session, const QueueView& queue);

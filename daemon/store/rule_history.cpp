@@ -13,10 +13,20 @@
 namespace pmcd::store {
 namespace {
 
-constexpr const char* kSelect = "SELECT id, changed_at, rule, options, uid, pid, reverts FROM rule_change ";
-
 std::size_t rule_bytes(const std::optional<std::string>& rule) {
   return rule ? rule->size() : 0;
+}
+
+Status check_sizes(const std::optional<std::string>& rule, const std::string& options) {
+  if (const std::size_t bytes = rule_bytes(rule); bytes > kMaxRuleBytes) {
+    return Error{ErrorCode::too_large,
+                 "the rule's name has " + std::to_string(bytes) + " bytes, more than " + std::to_string(kMaxRuleBytes)};
+  }
+  if (const std::size_t bytes = options.size(); bytes > kMaxRuleOptionsBytes) {
+    return Error{ErrorCode::too_large, "the rule's options have " + std::to_string(bytes) + " bytes, more than " +
+                                           std::to_string(kMaxRuleOptionsBytes)};
+  }
+  return Done{};
 }
 
 /// Throws SqliteError, database_corrupt when the row holds what append() never writes.
@@ -29,23 +39,11 @@ RuleChange read_change(const Statement& row) {
   change.uid = row.integer(4);
   change.pid = row.integer(5);
   change.reverts = row.integer_or_null(6);
-  const bool fits = rule_bytes(change.rule) <= kMaxRuleBytes && change.options.size() <= kMaxRuleOptionsBytes;
-  if (!fits || change.number < 1) {
-    throw SqliteError(SQLITE_CORRUPT, "rule change " + std::to_string(change.number) + " is not as pmcd wrote it");
+  if (change.number < 1) throw SqliteError(SQLITE_CORRUPT, "its number is below 1");
+  if (const Status status = check_sizes(change.rule, change.options); !status.ok()) {
+    throw SqliteError(SQLITE_CORRUPT, status.error().detail);
   }
   return change;
-}
-
-Status check_sizes(const NewRuleChange& change) {
-  if (const std::size_t bytes = rule_bytes(change.rule); bytes > kMaxRuleBytes) {
-    return Error{ErrorCode::too_large,
-                 "the rule's name has " + std::to_string(bytes) + " bytes, more than " + std::to_string(kMaxRuleBytes)};
-  }
-  if (const std::size_t bytes = change.options.size(); bytes > kMaxRuleOptionsBytes) {
-    return Error{ErrorCode::too_large, "the rule's options have " + std::to_string(bytes) + " bytes, more than " +
-                                           std::to_string(kMaxRuleOptionsBytes)};
-  }
-  return Done{};
 }
 
 Error version_changed(std::int64_t version, std::int64_t expected) {
@@ -57,17 +55,17 @@ Error version_changed(std::int64_t version, std::int64_t expected) {
 
 struct RuleHistory::Statements {
   explicit Statements(Db& db)
-      : version(db, "SELECT id FROM rule_change ORDER BY id DESC LIMIT 1"),
+      : version(db, "SELECT id FROM rule_change WHERE id > 0 ORDER BY id DESC LIMIT 1"),
         insert(db, "INSERT INTO rule_change (changed_at, rule, options, uid, pid, reverts) VALUES (?1,?2,?3,?4,?5,?6)"),
         trim(db, "DELETE FROM rule_change WHERE id <= (SELECT id FROM rule_change ORDER BY id DESC LIMIT 1 OFFSET ?1)"),
-        find(db, std::string(kSelect) + "WHERE id = ?1"),
-        newest(db, std::string(kSelect) + "ORDER BY id DESC LIMIT ?1") {}
+        numbers(db, "SELECT id FROM rule_change ORDER BY id DESC LIMIT ?1"),
+        find(db, "SELECT id, changed_at, rule, options, uid, pid, reverts FROM rule_change WHERE id = ?1") {}
 
   Statement version;
   Statement insert;
   Statement trim;
+  Statement numbers;
   Statement find;
-  Statement newest;
 };
 
 RuleHistory::RuleHistory(Db& db) : db_(db), statements_(std::make_unique<Statements>(db)) {}
@@ -75,7 +73,7 @@ RuleHistory::RuleHistory(Db& db) : db_(db), statements_(std::make_unique<Stateme
 RuleHistory::~RuleHistory() = default;
 
 Result<RuleChange> RuleHistory::append(NewRuleChange change, std::optional<std::int64_t> if_version) {
-  if (const Status status = check_sizes(change); !status.ok()) return status.error();
+  if (const Status status = check_sizes(change.rule, change.options); !status.ok()) return status.error();
   return guarded([&]() -> Result<RuleChange> {
     RuleChange row;
     row.changed_at = seconds_since_1970();
@@ -100,24 +98,46 @@ Result<RuleChange> RuleHistory::append(NewRuleChange change, std::optional<std::
   });
 }
 
-Result<std::optional<RuleChange>> RuleHistory::newest() {
-  return guarded([&]() -> Result<std::optional<RuleChange>> {
-    std::vector<RuleChange> changes = read_newest(1);
-    if (changes.empty()) return std::optional<RuleChange>();
-    return std::optional<RuleChange>(std::move(changes.front()));
+Result<LastChange> RuleHistory::last() {
+  return guarded([&]() -> Result<LastChange> {
+    LastChange last;
+    last.version = version();
+    for (const std::int64_t number : numbers(kMaxRuleChanges)) {
+      auto change = read(number);
+      if (!change) continue;
+      if (change->ok()) {
+        last.change = std::move(*change).value();
+        break;
+      }
+      last.damaged.push_back({number, change->error().detail});
+    }
+    return last;
   });
 }
 
-Result<std::vector<RuleChange>> RuleHistory::newest(std::size_t most) {
-  return guarded([&]() -> Result<std::vector<RuleChange>> { return read_newest(most); });
+Result<RuleChanges> RuleHistory::newest(std::size_t most) {
+  return guarded([&]() -> Result<RuleChanges> {
+    RuleChanges found;
+    for (const std::int64_t number : numbers(std::min(most, kMaxRuleChanges))) {
+      auto change = read(number);
+      if (!change) continue;
+      if (change->ok()) {
+        found.changes.push_back(std::move(*change).value());
+      } else {
+        found.damaged.push_back({number, change->error().detail});
+      }
+    }
+    return found;
+  });
 }
 
 Result<RuleChange> RuleHistory::find(std::int64_t number) {
   return guarded([&]() -> Result<RuleChange> {
-    Statement& query = statements_->find;
-    const ResetAtExit guard(query);
-    if (query.bind(1, number).step()) return read_change(query);
-    return Error{ErrorCode::unknown_change, "there is no rule change " + std::to_string(number)};
+    auto change = read(number);
+    if (!change) return Error{ErrorCode::unknown_change, "there is no rule change " + std::to_string(number)};
+    if (change->ok()) return std::move(*change);
+    return Error{change->error().code,
+                 "rule change " + std::to_string(number) + " is damaged: " + change->error().detail};
   });
 }
 
@@ -127,13 +147,29 @@ std::int64_t RuleHistory::version() {
   return query.step() ? query.integer(0) : 0;
 }
 
-std::vector<RuleChange> RuleHistory::read_newest(std::size_t most) {
-  Statement& query = statements_->newest;
+/// The numbers alone: a row is read by itself, so that a damaged one ends no walk over the others.
+std::vector<std::int64_t> RuleHistory::numbers(std::size_t most) {
+  Statement& query = statements_->numbers;
   const ResetAtExit guard(query);
-  query.bind(1, static_cast<std::int64_t>(std::min(most, kMaxRuleChanges)));
-  std::vector<RuleChange> changes;
-  while (query.step()) changes.push_back(read_change(query));
-  return changes;
+  query.bind(1, static_cast<std::int64_t>(most));
+  std::vector<std::int64_t> numbers;
+  while (query.step()) numbers.push_back(query.integer(0));
+  return numbers;
+}
+
+/// None if there is no such row; its error is database_corrupt, in words that say what is wrong with it. Throws what
+/// else goes wrong.
+std::optional<Result<RuleChange>> RuleHistory::read(std::int64_t number) {
+  Statement& query = statements_->find;
+  const ResetAtExit guard(query);
+  try {
+    if (query.bind(1, number).step()) return read_change(query);
+    return std::nullopt;
+  } catch (const SqliteError& error) {
+    const ErrorCode code = error.as_error().code;
+    if (code != ErrorCode::database_corrupt) throw;
+    return Error{code, error.what()};
+  }
 }
 
 }  // namespace pmcd::store

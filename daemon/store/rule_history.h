@@ -35,6 +35,25 @@ struct NewRuleChange {
   std::optional<std::int64_t> reverts;
 };
 
+/// A change whose row holds what append() never writes, or cannot be read.
+struct DamagedChange {
+  std::int64_t number = 0;
+  std::string error;  ///< what is wrong with it, in plain words
+};
+
+/// Both newest first.
+struct RuleChanges {
+  std::vector<RuleChange> changes;
+  std::vector<DamagedChange> damaged;  ///< what `changes` lacks therefore
+};
+
+/// What a start goes by.
+struct LastChange {
+  std::int64_t version = 0;            ///< number of the newest change, damaged or not; 0: there was none
+  std::optional<RuleChange> change;    ///< the newest that is whole
+  std::vector<DamagedChange> damaged;  ///< those that are newer than it, newest first
+};
+
 inline constexpr std::size_t kMaxRuleBytes = 64;
 inline constexpr std::size_t kMaxRuleOptionsBytes = 4096;
 /// Older ones are deleted.
@@ -56,18 +75,20 @@ class RuleHistory {
   /// Errors: too_large (rule or options), version_changed, no_space, and those of SQLite.
   Result<RuleChange> append(NewRuleChange change, std::optional<std::int64_t> if_version);
 
-  /// Nothing if there was never a change. Errors: database_corrupt, and those of SQLite.
-  Result<std::optional<RuleChange>> newest();
-  /// At most so many, newest first. One that is damaged fails the call. Errors: those of newest().
-  Result<std::vector<RuleChange>> newest(std::size_t most);
-  /// Errors: unknown_change, and those of newest().
+  /// A damaged change hides no other. Errors: those of SQLite, database_corrupt among them when not even the numbers
+  /// can be read. [a row, and one for each damaged change that is newer]
+  Result<LastChange> last();
+  /// The newest, at most so many, damaged ones counted. Errors: those of last().
+  Result<RuleChanges> newest(std::size_t most);
+  /// Errors: unknown_change, database_corrupt (this change is damaged; the text names it), and those of SQLite.
   Result<RuleChange> find(std::int64_t number);
 
  private:
   struct Statements;
 
   std::int64_t version();
-  std::vector<RuleChange> read_newest(std::size_t most);
+  std::vector<std::int64_t> numbers(std::size_t most);
+  std::optional<Result<RuleChange>> read(std::int64_t number);
 
   Db& db_;
   std::unique_ptr<Statements> statements_;

@@ -89,5 +89,16 @@ TEST(RuleText, History) {
   EXPECT_EQ(history_lines(document), expected);
 }
 
+TEST(RuleText, ADamagedChangeStandsInItsPlace) {
+  const auto document = ordered_json::parse(R"({"changes":[
+    {"number":12,"changed_at":"2026-11-26T20:41:06Z","rule":"fcsf","options":"","uid":0,"pid":77,"reverts":null},
+    {"number":3,"changed_at":"2026-11-25T20:40:06Z","rule":"fifo","options":"","uid":0,"pid":8,"reverts":null}],
+    "damaged":[{"number":11,"error":"the rule's name has 80 bytes, more than 64"}]})");
+  const Lines expected{"number  changed_at            uid  pid  rule", "    12  2026-11-26T20:41:06Z    0   77  fcsf",
+                       "    11  -                       -    -  (damaged: the rule's name has 80 bytes, more than 64)",
+                       "     3  2026-11-25T20:40:06Z    0    8  fifo"};
+  EXPECT_EQ(history_lines(document), expected);
+}
+
 }  // namespace
 }  // namespace pmcd::admin

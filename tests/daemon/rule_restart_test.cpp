@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "daemon/store/db.h"
 #include "proto/admin_rules.h"
 #include "tests/daemon/daemon_process.h"
 #include "tests/daemon/raw_client.h"
@@ -92,6 +93,94 @@ TEST(RuleRestart, AnOptionOfTheSameRuleIsForgottenToo) {
   DaemonProcess daemon(folder.path(), {"--rule", "fcsf"});
   EXPECT_EQ(set_rule(daemon, "fcsf", {{"burst", "2"}})["warnings"],
             (json{"a restart will forget rule fcsf burst=2: --rule fcsf stands on the command line"}));
+}
+
+proto::Bytes revert(std::uint64_t change) {
+  proto::AdminRevert message;
+  message.id = 3;
+  message.change = change;
+  return proto::encode(message);
+}
+
+/// A rule's name that no change has: longer than any.
+void damage(const std::string& database, const std::string& which) {
+  store::Db(database).execute(("UPDATE rule_change SET rule = hex(zeroblob(40)) WHERE " + which).c_str());
+}
+
+TEST(RuleRestart, ADamagedChangeIsLeftOutAndTheOneBeforeItCounts) {
+  const TemporaryFolder folder;
+  {
+    DaemonProcess daemon(folder.path(), {});
+    set_rule(daemon, "fair", {{"slots", "5"}});
+    set_rule(daemon, "spf", {});
+    daemon.signal(SIGTERM);
+    EXPECT_EQ(daemon.wait(), 0);
+  }
+  damage(folder.path() + "/meshes.db", "id = 2");
+  DaemonProcess daemon(folder.path(), {});
+  EXPECT_NE(
+      daemon.log().find("live change 2 of the rule is damaged and is left out: the rule's name has 80 bytes, more "
+                        "than 64"),
+      std::string::npos)
+      << daemon.log();
+  const json rule = rule_of(daemon);
+  EXPECT_EQ(rule["text"], "fair aging=0 quantum=0 slots=5 uplink=0");
+  EXPECT_EQ(rule["version"], 2) << "with which a guarded change can name it";
+  const json history = ask(daemon, proto::encode(proto::AdminHistory{4, 0}));
+  ASSERT_EQ(history["changes"].size(), 1U);
+  EXPECT_EQ(history["changes"][0]["number"], 1);
+  EXPECT_EQ(history["damaged"], (json{{{"number", 2}, {"error", "the rule's name has 80 bytes, more than 64"}}}));
+  RawAdmin admin = RawAdmin::open(daemon.admin_socket());
+  admin.connection.send(revert(2));
+  const auto refused = expect<proto::ErrorMessage>(admin.connection);
+  EXPECT_EQ(refused.code, proto::ErrorCode::storage_failed);
+  EXPECT_EQ(refused.text, "rule change 2 is damaged: the rule's name has 80 bytes, more than 64");
+  EXPECT_EQ(rule_of(daemon)["text"], rule["text"]) << "a refused change changes nothing";
+
+  // To say again what counts is a change: from then on the damaged one is of the past.
+  const json again = ask(daemon, revert(1));
+  EXPECT_EQ(again["changed"], true);
+  EXPECT_EQ(again["after"]["version"], 3);
+  EXPECT_EQ(again["after"]["text"], rule["text"]);
+  EXPECT_EQ(ask(daemon, revert(1))["changed"], false);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+TEST(RuleRestart, WithNoChangeThatIsWholeTheFileCounts) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("pmcd.conf");
+  std::ofstream(file) << "rule = srpt\n";
+  {
+    DaemonProcess daemon(folder.path(), {"--config", file});
+    set_rule(daemon, "fair", {});
+    set_rule(daemon, "spf", {});
+    daemon.kill();
+  }
+  damage(folder.path() + "/meshes.db", "id > 0");
+  {
+    DaemonProcess daemon(folder.path(), {"--config", file});
+    EXPECT_NE(daemon.log().find("live change 1 of the rule is damaged"), std::string::npos) << daemon.log();
+    EXPECT_EQ(rule_of(daemon)["rule"], "srpt");
+    EXPECT_EQ(rule_of(daemon)["sources"]["rule"], "config file");
+    daemon.signal(SIGTERM);
+    EXPECT_EQ(daemon.wait(), 0);
+  }
+  // Not even the numbers can be read.
+  const std::string database = folder.path() + "/meshes.db";
+  const std::int64_t page = store::Db(database).number("SELECT rootpage FROM sqlite_master WHERE name = 'rule_change'");
+  ASSERT_GT(page, 1);
+  {
+    std::fstream bytes(database, std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp((page - 1) * 4096);
+    bytes.write("\xff\xff\xff\xff", 4);
+  }
+  DaemonProcess daemon(folder.path(), {"--config", file});
+  EXPECT_NE(daemon.log().find("the history of the rule cannot be read, live changes are left out"), std::string::npos)
+      << daemon.log();
+  EXPECT_EQ(rule_of(daemon)["rule"], "srpt");
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ class ServerInThread {
     options.version = "test";
     options.limits = limits;
     options.uploads = uploads;
-    net::PolicySources sources{scheduler::written(policy), {}, std::nullopt};
+    net::PolicySources sources{scheduler::written(policy), {}, {}};
     server_ = std::make_unique<net::Server>(io_, *reader_, *writer_, std::move(sources), options);
     const auto error = server_->start();
     EXPECT_FALSE(error) << *error;

@@ -34,12 +34,14 @@ class RuleHistoryTest : public MeshStoreFixture {
     return rules().append({std::move(rule), "", 1000, 4321, std::nullopt}, if_version);
   }
 
-  /// The newest change, or one of number 0.
-  RuleChange newest() {
-    const auto newest = rules().newest();
-    EXPECT_EQ(outcome(newest), "ok");
-    return newest.ok() ? newest.value().value_or(RuleChange()) : RuleChange();
+  LastChange last() {
+    const auto last = rules().last();
+    EXPECT_EQ(outcome(last), "ok");
+    return last.ok() ? last.value() : LastChange();
   }
+
+  /// The newest change that is whole, or one of number 0.
+  RuleChange newest() { return last().change.value_or(RuleChange()); }
 
   /// Changes numbered 1 to `count`. Not through append(), of which each call waits for the disk.
   void fill(std::int64_t count) {
@@ -55,8 +57,21 @@ class RuleHistoryTest : public MeshStoreFixture {
     const auto changes = rules().newest(most);
     EXPECT_EQ(outcome(changes), "ok");
     if (!changes.ok()) return numbers;
-    for (const RuleChange& change : changes.value()) numbers.push_back(change.number);
+    for (const RuleChange& change : changes.value().changes) numbers.push_back(change.number);
     return numbers;
+  }
+
+  /// The damaged ones among the newest, "number: error".
+  std::vector<std::string> damaged(std::size_t most) {
+    const auto changes = rules().newest(most);
+    EXPECT_EQ(outcome(changes), "ok");
+    return changes.ok() ? texts(changes.value().damaged) : std::vector<std::string>();
+  }
+
+  static std::vector<std::string> texts(const std::vector<DamagedChange>& damaged) {
+    std::vector<std::string> texts;
+    for (const auto& [number, error] : damaged) texts.push_back(std::to_string(number) + ": " + error);
+    return texts;
   }
 
   std::int64_t rows() { return Db(path_).number("SELECT count(*) FROM rule_change"); }
@@ -73,9 +88,9 @@ void expect_change(const RuleChange& got, const RuleChange& expected) {
 }
 
 TEST_F(RuleHistoryTest, IsEmptyAtFirst) {
-  const auto newest = rules().newest();
-  ASSERT_EQ(outcome(newest), "ok");
-  EXPECT_EQ(newest.value().has_value(), false);
+  EXPECT_EQ(last().version, 0);
+  EXPECT_EQ(last().change.has_value(), false);
+  EXPECT_TRUE(last().damaged.empty());
   EXPECT_TRUE(numbers(10).empty());
   const auto none = rules().find(1);
   ASSERT_EQ(outcome(none), "unknown_change");
@@ -105,10 +120,8 @@ TEST_F(RuleHistoryTest, WhatIsAppendedIsThereAfterAReopen) {
       ASSERT_EQ(outcome(found), "ok") << time;
       expect_change(found.value(), change);
     }
-    const auto newest = rules().newest();
-    ASSERT_EQ(outcome(newest), "ok") << time;
-    ASSERT_TRUE(newest.value().has_value()) << time;
-    expect_change(*newest.value(), expected[2]);
+    expect_change(newest(), expected[2]);
+    EXPECT_EQ(last().version, 3) << time;
     EXPECT_EQ(numbers(2), (std::vector<std::int64_t>{3, 2})) << time;
     EXPECT_EQ(numbers(std::numeric_limits<std::size_t>::max()), (std::vector<std::int64_t>{3, 2, 1})) << time;
     EXPECT_TRUE(numbers(0).empty()) << time;
@@ -197,40 +210,84 @@ TEST_F(RuleHistoryTest, RefusesWhatIsTooLong) {
   EXPECT_EQ(rows(), 1);
 }
 
-TEST_F(RuleHistoryTest, ADamagedChangeIsNamedAndHindersNoOther) {
-  for (const char* wrong : {"rule = hex(zeroblob(40))", "options = hex(zeroblob(3000))"}) {
+TEST_F(RuleHistoryTest, ADamagedChangeIsNamedAndHidesNoOther) {
+  ASSERT_EQ(change_of(append("first")).number, 1);
+  const std::vector<std::pair<std::string, std::string>> damages{
+      {"rule = hex(zeroblob(40))", "the rule's name has 80 bytes, more than 64"},
+      {"options = hex(zeroblob(3000))", "the rule's options have 6000 bytes, more than 4096"}};
+  std::vector<std::string> expected;
+  for (const auto& [wrong, error] : damages) {
     const std::int64_t number = change_of(append("a")).number;
-    Db(path_).execute(
-        (std::string("UPDATE rule_change SET ") + wrong + " WHERE id = " + std::to_string(number)).c_str());
+    Db(path_).execute(("UPDATE rule_change SET " + wrong + " WHERE id = " + std::to_string(number)).c_str());
+    expected.insert(expected.begin(), std::to_string(number) + ": " + error);
     const auto found = rules().find(number);
     ASSERT_EQ(outcome(found), "database_corrupt") << wrong;
-    EXPECT_EQ(found.error().detail,
-              "the database is damaged: rule change " + std::to_string(number) + " is not as pmcd wrote it");
-    EXPECT_EQ(outcome(rules().newest()), "database_corrupt") << wrong;
-    EXPECT_EQ(change_of(append("b", number)).number, number + 1) << wrong;
-    EXPECT_EQ(newest().rule, "b") << wrong;
-    EXPECT_EQ(numbers(1), std::vector<std::int64_t>{number + 1}) << wrong;
-    EXPECT_EQ(outcome(rules().newest(2)), "database_corrupt") << wrong;
+    EXPECT_EQ(found.error().detail, "rule change " + std::to_string(number) + " is damaged: " + error);
+    EXPECT_EQ(damaged(1), std::vector<std::string>{expected.front()}) << wrong;
+    EXPECT_TRUE(numbers(1).empty()) << "a damaged one counts among the newest";
   }
+  EXPECT_EQ(newest().rule, "first");
+  EXPECT_EQ(last().version, 3) << "a damaged change has its number all the same";
+  EXPECT_EQ(texts(last().damaged), expected);
+  EXPECT_EQ(numbers(5), std::vector<std::int64_t>{1});
+  EXPECT_EQ(damaged(5), expected);
+
+  EXPECT_EQ(outcome(append("b", 1)), "version_changed");
+  EXPECT_EQ(change_of(append("b", 3)).number, 4);
+  EXPECT_EQ(newest().rule, "b");
+  EXPECT_TRUE(last().damaged.empty()) << "those below the one that counts are of no interest";
+  EXPECT_EQ(numbers(5), (std::vector<std::int64_t>{4, 1}));
 }
 
-TEST_F(RuleHistoryTest, NumbersBelowOneAreDamage) {
+TEST_F(RuleHistoryTest, NumbersBelowOneAreDamageAndNoVersion) {
   Db(path_).execute("INSERT INTO rule_change VALUES (-7, 0, 'a', '', 0, 1, NULL)");
-  EXPECT_EQ(outcome(rules().newest()), "database_corrupt");
+  EXPECT_EQ(last().change.has_value(), false);
+  EXPECT_EQ(last().version, 0);
+  EXPECT_EQ(texts(last().damaged), std::vector<std::string>{"-7: its number is below 1"});
   EXPECT_EQ(outcome(rules().find(-7)), "database_corrupt");
+  EXPECT_EQ(outcome(append("a", 0)), "ok");
 }
 
 TEST_F(RuleHistoryTest, ValuesOfAnotherTypeAreDamage) {
   Db(path_).execute(
       "DROP TABLE rule_change; CREATE TABLE rule_change (id INTEGER PRIMARY KEY, changed_at, rule, "
       "options, uid, pid, reverts)");
-  for (const char* row : {"'x','a','',0,1,NULL", "0,5,'',0,1,NULL", "0,'a',NULL,0,1,NULL", "0,'a','',NULL,1,NULL",
-                          "0,'a','',0,1.5,NULL", "0,'a','',0,1,'x'"}) {
-    Db(path_).execute((std::string("INSERT OR REPLACE INTO rule_change VALUES (1,") + row + ")").c_str());
-    EXPECT_EQ(outcome(rules().newest()), "database_corrupt") << row;
+  const std::vector<std::pair<std::string, std::string>> rows{
+      {"'x','a','',0,1,NULL", "changed_at"}, {"0,5,'',0,1,NULL", "rule"},    {"0,'a',NULL,0,1,NULL", "options"},
+      {"0,'a','',NULL,1,NULL", "uid"},       {"0,'a','',0,1.5,NULL", "pid"}, {"0,'a','',0,1,'x'", "reverts"}};
+  for (const auto& [row, column] : rows) {
+    Db(path_).execute(("INSERT OR REPLACE INTO rule_change VALUES (1," + row + ")").c_str());
     EXPECT_EQ(outcome(rules().find(1)), "database_corrupt") << row;
-    EXPECT_EQ(outcome(rules().newest(1)), "database_corrupt") << row;
+    EXPECT_EQ(damaged(1), std::vector<std::string>{"1: column " + column + " holds a value of the wrong type"});
+    EXPECT_EQ(last().change.has_value(), false) << row;
   }
+}
+
+/// Long options lie on a page of their own.
+TEST_F(RuleHistoryTest, ADamagedPageOfOneChangeCostsNoOther) {
+  const std::string options(kMaxRuleOptionsBytes, 'o');
+  ASSERT_EQ(outcome(append("a")), "ok");
+  ASSERT_EQ(outcome(rules().append({"b", options, 0, 1, std::nullopt}, std::nullopt)), "ok");
+  Db(path_).execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  const std::int64_t leaf = Db(path_).number("SELECT rootpage FROM sqlite_master WHERE name = 'rule_change'");
+  const std::int64_t cell = Db(path_).number("SELECT pgoffset FROM dbstat WHERE name = 'rule_change' LIMIT 1");
+  ASSERT_EQ(cell, (leaf - 1) * 4096) << "it still fits on its root page";
+  store_.reset();
+  {
+    // The cell of the newest row was put below that of the first, and ends with the number of its next page.
+    std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+    std::string page(4096, '\0');
+    file.seekg(cell);
+    file.read(page.data(), 4096);
+    const std::size_t end = page.rfind("ooo") + 3;
+    ASSERT_LT(end, page.size());
+    file.seekp(cell + static_cast<std::streamoff>(end));
+    file.write("\x7f\xff\xff\xff", 4);
+  }
+  reopen();
+  EXPECT_EQ(newest().rule, "a");
+  EXPECT_EQ(last().version, 2);
+  EXPECT_EQ(damaged(5), std::vector<std::string>{"2: database disk image is malformed"});
 }
 
 TEST_F(RuleHistoryTest, ADamagedPageCostsTheHistoryOnly) {
@@ -246,7 +303,7 @@ TEST_F(RuleHistoryTest, ADamagedPageCostsTheHistoryOnly) {
     file.write("\xff\xff\xff\xff", 4);
   }
   reopen();
-  EXPECT_EQ(outcome(rules().newest()), "database_corrupt");
+  EXPECT_EQ(outcome(rules().last()), "database_corrupt");
   EXPECT_EQ(outcome(rules().newest(5)), "database_corrupt");
   EXPECT_EQ(outcome(rules().find(1)), "database_corrupt");
   EXPECT_EQ(outcome(append("b")), "database_corrupt");
@@ -256,7 +313,7 @@ TEST_F(RuleHistoryTest, ADamagedPageCostsTheHistoryOnly) {
 
 TEST_F(RuleHistoryTest, AMissingTableIsAnError) {
   Db(path_).execute("DROP TABLE rule_change");
-  EXPECT_EQ(outcome(rules().newest()), "database_failed");
+  EXPECT_EQ(outcome(rules().last()), "database_failed");
   EXPECT_EQ(outcome(append("a")), "database_failed");
   EXPECT_EQ(outcome(MeshStore::open(path_)), "database_failed");
 }
