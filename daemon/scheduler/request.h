@@ -31,6 +31,8 @@ struct Request {
   std::shared_ptr<const MeshProfile> profile;  ///< what the mesh's packets bring; null: not known, or no mesh
   Time asked_at{0};                            ///< when the client asked; never changes
   Time queued_at{0};                           ///< when it joined the queue; set anew when it goes back
+  /// Set by rule fcsf when it starts, and kept here so that it ends with the request, however that leaves.
+  bool is_second_of_burst = false;
 
   [[nodiscard]] std::uint64_t remaining_bytes() const { return size_bytes - offset_bytes; }
 };

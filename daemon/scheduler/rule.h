@@ -70,8 +70,8 @@ class Rule {
 
   /// Speed, acknowledged bytes or weight of `client` have changed; `waiting` are all its waiting requests.
   virtual void client_changed(const Client& /*client*/, std::span<const Request* const> /*waiting*/, Time /*now*/) {}
-  /// `request` got a slot (removed() came before).
-  virtual void started(const Request& /*request*/, const Client& /*client*/, Time /*now*/) {}
+  /// `request` got a slot (removed() came before). A rule may note on it what it wants to know when that ends.
+  virtual void started(Request& /*request*/, const Client& /*client*/, Time /*now*/) {}
   /// The running `request` gave its slot back; offset_bytes tells how far it has come. `waiting`: what of the same
   /// session waits at this moment.
   virtual void finished(const Request& /*request*/, const Client& /*client*/, Outcome /*outcome*/,

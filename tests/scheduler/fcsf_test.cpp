@@ -225,5 +225,42 @@ TEST(FcsfBurst, AnInterruptedSecondStaysTheSecond) {
   EXPECT_EQ(d.serve_all(), (Keys{b, a3})) << "its burst is over";
 }
 
+/// Whoever enqueues never reuses a key; here one comes again, because that shows what the rule remembers of it.
+TEST(FcsfBurst, AnInterruptedSecondThatIsWithdrawnIsForgotten) {
+  Driver d(burst());
+  d.measure(1, 100'000);
+  d.measure(2, 10'000);
+  const auto a = d.ask(1, 1'000);
+  const auto a2 = d.ask(1, 800'000);
+  ASSERT_EQ(d.take(), a);
+  d.scheduler.complete(a, d.now);
+  ASSERT_EQ(d.take(), a2);
+  ASSERT_TRUE(d.scheduler.requeue(a2, 1'000, d.now));
+  const Request again = {a2, 1, 1, 0, 1'000, 0, 0, nullptr, d.now, d.now};
+  ASSERT_TRUE(d.scheduler.withdraw(a2));
+  ASSERT_TRUE(d.scheduler.enqueue(again, d.now));
+  const auto a3 = d.ask(1, 900'000);  // 9 s
+  const auto b = d.ask(2, 10'000);    // 1 s
+  EXPECT_EQ(d.serve_all(), (Keys{a2, a3, b})) << "the first of a burst of its own";
+}
+
+TEST(FcsfBurst, ASecondStaysOneThroughASwitch) {
+  Driver d(burst());
+  d.measure(1, 100'000);
+  d.measure(2, 10'000);
+  const auto a = d.ask(1, 1'000);
+  const auto a2 = d.ask(1, 800'000);
+  const auto a3 = d.ask(1, 900'000);  // 9 s
+  const auto b = d.ask(2, 10'000);    // 1 s
+  ASSERT_EQ(d.take(), a);
+  d.scheduler.complete(a, d.now);
+  ASSERT_EQ(d.take(), a2);
+  Policy policy = burst();
+  policy.quantum = milliseconds(500);
+  d.scheduler.switch_to(policy, d.now);
+  d.scheduler.complete(a2, d.now);
+  EXPECT_EQ(d.serve_all(), (Keys{b, a3})) << "its burst is over";
+}
+
 }  // namespace
 }  // namespace pmcd::scheduler

@@ -75,7 +75,7 @@ class Fair final : public Rule {
     place(it->second);
   }
 
-  void started(const Request& request, const Client&, Time) override {
+  void started(Request& request, const Client&, Time) override {
     Share& share = shares_.at(request.session);
     const auto bytes = static_cast<double>(request.remaining_bytes());
     // Rounds pass until its credit is enough, unless it went before its time (it was very old): then it owes.

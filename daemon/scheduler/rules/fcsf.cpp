@@ -3,7 +3,6 @@
 #include "daemon/scheduler/rules/fcsf.h"
 
 #include <algorithm>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -38,9 +37,9 @@ class Fcsf final : public KeyedRule<double> {
     followed_ = std::erase(follow_, request.key) > 0 ? request.key : 0;
   }
 
-  void started(const Request& request, const Client&, Time) override {
+  void started(Request& request, const Client&, Time) override {
     if (request.key == followed_) {
-      seconds_.emplace(request.key, request.session);
+      request.is_second_of_burst = true;
     } else if (!follow_.empty()) {
       follow_.erase(follow_.begin());  // a very old request has taken the slot that it was to have
     }
@@ -49,9 +48,7 @@ class Fcsf final : public KeyedRule<double> {
 
   void finished(const Request& request, const Client& client, Outcome outcome, std::span<const Request* const> waiting,
                 Time) override {
-    const bool was_second = seconds_.contains(request.key);
-    if (outcome != Outcome::requeued) seconds_.erase(request.key);
-    if (burst_ < 2 || outcome != Outcome::complete || was_second || !client.speed) return;
+    if (burst_ < 2 || outcome != Outcome::complete || request.is_second_of_burst || !client.speed) return;
     const auto median = surroundings_.clients.median_active_speed();
     if (median && *client.speed < *median) return;
     const Request* next = nullptr;
@@ -59,10 +56,6 @@ class Fcsf final : public KeyedRule<double> {
       if (!follows(one->key) && (next == nullptr || place_of(*one) < place_of(*next))) next = one;
     }
     if (next != nullptr) follow_.push_back(next->key);
-  }
-
-  void session_gone(SessionKey session, Time) override {
-    std::erase_if(seconds_, [session](const auto& second) { return second.second == session; });
   }
 
  private:
@@ -83,7 +76,6 @@ class Fcsf final : public KeyedRule<double> {
   const Surroundings& surroundings_;
   std::vector<RequestKey> follow_;  ///< wait, and go before all others: one a slot that came free, in that order
   RequestKey followed_ = 0;         ///< stopped waiting just now, and stood there; 0: did not
-  std::unordered_map<RequestKey, SessionKey> seconds_;  ///< of bursts; they run, or have run and been interrupted
 };
 
 }  // namespace
