@@ -2,6 +2,7 @@
 // Laying out the queue and the clients.
 #include "admin-cli/queue_text.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "admin-cli/amounts.h"
@@ -12,6 +13,17 @@ namespace {
 
 void append(Lines& lines, Lines&& more) {
   for (std::string& line : more) lines.push_back(std::move(line));
+}
+
+/// The table of what a document has of the queue, behind a blank line; nothing if it has nothing.
+void append_requests(Lines& lines, const ordered_json& document, bool marked) {
+  const ordered_json requests = rows_of(document, "requests");
+  if (requests.empty()) return;
+  lines.emplace_back();
+  append(lines, request_table(requests, marked));
+  if (const std::size_t more = count_of(document, "more"); more > 0) {
+    lines.push_back("... and " + std::to_string(more) + " more");
+  }
 }
 
 }  // namespace
@@ -25,12 +37,20 @@ Lines request_table(const ordered_json& requests, bool marked) {
                               {"left"}, {"asked"},        {"queued"}, {"reason", false}};
   if (marked) columns.insert(columns.begin(), Column{" ", false});
   std::vector<Lines> rows;
+  std::size_t last_rank = 0;
   for (const ordered_json& request : requests) {
+    const std::size_t rank = count_of(request, "rank");
+    if (rank > last_rank + 1) {
+      rows.emplace_back(columns.size());
+      rows.back()[marked ? 1 : 0] = "...";
+    }
+    last_rank = std::max(last_rank, rank);
+    const bool is_list = field(request, "mesh").empty();
     Lines cells{field(request, "rank"),
                 field(request, "state"),
                 field(request, "client"),
-                field(request, "mesh"),
-                field(request, "packet"),
+                is_list ? "(mesh list)" : field(request, "mesh"),
+                is_list ? "-" : field(request, "packet"),
                 bytes_text(number_of(request, "bytes_left")),
                 seconds_text(number_of(request, "asked_seconds_ago")),
                 seconds_text(number_of(request, "queued_seconds_ago")),
@@ -43,13 +63,7 @@ Lines request_table(const ordered_json& requests, bool marked) {
 
 Lines queue_lines(const ordered_json& queue) {
   Lines lines{"rule: " + field(queue, "text"), queue_counts(queue)};
-  const ordered_json requests = rows_of(queue, "requests");
-  if (requests.empty()) return lines;
-  lines.emplace_back();
-  append(lines, request_table(requests, false));
-  if (const std::size_t more = count_of(queue, "more"); more > 0) {
-    lines.push_back("... and " + std::to_string(more) + " more");
-  }
+  append_requests(lines, queue, false);
   return lines;
 }
 
@@ -89,11 +103,8 @@ Lines clients_lines(const ordered_json& document) {
 Lines explain_lines(const ordered_json& document) {
   Lines lines{
       "client " + field(document, "client") + " (" + field(document, "address") + "): " + field(document, "summary"),
-      "rule: " + field(document, "text")};
-  const ordered_json requests = rows_of(document, "requests");
-  if (requests.empty()) return lines;
-  lines.emplace_back();
-  append(lines, request_table(requests, true));
+      "rule: " + field(document, "text"), queue_counts(document)};
+  append_requests(lines, document, true);
   return lines;
 }
 

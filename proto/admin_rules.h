@@ -26,8 +26,9 @@
 //            "bytes" (acknowledged payload),"share" (0 to 1, of the bytes acknowledged by all connected clients),
 //            "mesh"|null,"level" (packets complete of it)|null,"levels"|null,"waiting","running",
 //            "connected_seconds"}]}
-// explain:  {"client","address","rule","text","next" (bool: this client is next or running),"summary" (a sentence),
-//            "requests":[request...]}: all of them, this client's marked "mine":true.
+// explain:  {"client","address","rule","text","next" (bool: this client is next or running),"summary" (a sentence of
+//            which the client is the subject: "is next with packet 3 of ..."),"waiting","running","requests":
+//            [request...],"more"}: as queue, and this client's own wherever they stand, marked "mine":true.
 // weight:   {"client","weight","before"}
 #pragma once
 

@@ -63,6 +63,16 @@ QueueView Dispatcher::queue(std::size_t most) const {
   return queue;
 }
 
+void shorten(QueueView& queue, std::size_t most, scheduler::SessionKey client) {
+  if (queue.requests.size() <= most) return;
+  const auto behind = queue.requests.begin() + static_cast<std::ptrdiff_t>(most);
+  const auto end = std::remove_if(behind, queue.requests.end(), [client](const RequestView& request) {
+    return request.client != client && request.rank != 1;
+  });
+  queue.more += static_cast<std::size_t>(queue.requests.end() - end);
+  queue.requests.erase(end, queue.requests.end());
+}
+
 ClientView Dispatcher::client(scheduler::SessionKey session) const {
   ClientView view;
   const scheduler::Client* client = scheduler_.clients().find(session);

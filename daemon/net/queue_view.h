@@ -40,6 +40,9 @@ struct QueueView {
   std::size_t more = 0;  ///< that are left out
 };
 
+/// Leaves the first `most` requests, those of `client` and the one that is next; the others count as left out.
+void shorten(QueueView& queue, std::size_t most, scheduler::SessionKey client);
+
 struct ClientView {
   std::optional<double> speed;  ///< bytes a second
   double taking = 0;            ///< bytes a second over the last half second

@@ -157,7 +157,10 @@ RuleCommands::Answer RuleCommands::explain(const proto::AdminExplain& message) {
   if (session == nullptr) {
     return refused(message.id, ErrorCode::unknown_client, "there is no client " + std::to_string(message.session));
   }
-  return with(message.id, explain_json(dispatcher_.policy(), *session, dispatcher_.queue(kAllRequests)));
+  // The places of the client's requests show only among all of them.
+  QueueView queue = dispatcher_.queue(kAllRequests);
+  shorten(queue, kMostRequests, message.session);
+  return with(message.id, explain_json(dispatcher_.policy(), *session, queue));
 }
 
 RuleCommands::Answer RuleCommands::weight(const proto::AdminWeight& message) {

@@ -77,16 +77,17 @@ std::string what(const RequestView& request) {
   return "packet " + std::to_string(request.packet) + " of \"" + request.mesh + "\"";
 }
 
-std::string summary_of(const std::string& client, const QueueView& queue, const RequestView* mine) {
-  if (mine == nullptr) return client + " has asked for nothing that is not sent yet";
-  if (mine->state == RequestView::State::running) return client + " is being served: " + what(*mine);
+/// Says it of the client, which is not named.
+std::string summary_of(const QueueView& queue, const RequestView* mine) {
+  if (mine == nullptr) return "has asked for nothing that is not sent yet";
+  if (mine->state == RequestView::State::running) return "is being served: " + what(*mine);
   if (mine->state == RequestView::State::blocked) {
-    return client + " was interrupted and has not taken yet what was sent of " + what(*mine);
+    return "was interrupted and has not taken yet what was sent of " + what(*mine);
   }
-  if (mine->rank == 1) return client + " is next with " + what(*mine) + ": " + mine->reason;
+  if (mine->rank == 1) return "is next with " + what(*mine) + ": " + mine->reason;
   const auto first = std::find_if(queue.requests.begin(), queue.requests.end(),
                                   [](const RequestView& request) { return request.rank == 1; });
-  return client + " waits for " + what(*mine) + " behind " + std::to_string(mine->rank - 1) +
+  return "waits for " + what(*mine) + " behind " + std::to_string(mine->rank - 1) +
          (mine->rank == 2 ? " other: " : " others: ") + mine->reason + "; next is client " +
          std::to_string(first->client) + ": " + first->reason;
 }
@@ -192,8 +193,11 @@ std::string explain_json(const scheduler::Policy& policy, const SessionView& ses
                  {"rule", policy.rule},
                  {"text", scheduler::text_of(policy)},
                  {"next", next},
-                 {"summary", summary_of("client " + std::to_string(session.key), queue, first)},
-                 {"requests", std::move(requests)}});
+                 {"summary", summary_of(queue, first)},
+                 {"waiting", queue.waiting},
+                 {"running", queue.running},
+                 {"requests", std::move(requests)},
+                 {"more", queue.more}});
 }
 
 std::string weight_json(scheduler::SessionKey client, double weight, double before) {

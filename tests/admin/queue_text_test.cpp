@@ -57,13 +57,31 @@ TEST(QueueText, AnExplanationMarksWhatIsTheClients) {
   document["requests"][1]["mine"] = true;
   const Lines expected{"client 12 (10.0.0.9:5): is next",
                        "rule: fifo slots=1",
+                       "1200 waiting, 1 running",
                        "",
                        "   rank  state    client  mesh   packet     left   asked  queued  reason",
                        "      0  running       7  bunny       3  1.00 kB  2.50 s  2.50 s  running",
-                       "*     1  waiting      12  cow         0    812 B  75.0 s  0.25 s  waits for 0.25 s"};
+                       "*     1  waiting      12  cow         0    812 B  75.0 s  0.25 s  waits for 0.25 s",
+                       "... and 1199 more"};
   EXPECT_EQ(explain_lines(document), expected);
   document["requests"] = ordered_json::array();
-  EXPECT_EQ(explain_lines(document), (Lines{"client 12 (10.0.0.9:5): is next", "rule: fifo slots=1"}));
+  EXPECT_EQ(explain_lines(document),
+            (Lines{"client 12 (10.0.0.9:5): is next", "rule: fifo slots=1", "1200 waiting, 1 running"}));
+}
+
+TEST(QueueText, AGapInTheOrderIsShownAndAListIsNoMesh) {
+  ordered_json document = queue();
+  document["requests"][1]["rank"] = 1'100;
+  document["requests"][1]["mesh"] = "";
+  const Lines expected{"rule: fifo slots=1",
+                       "1200 waiting, 1 running",
+                       "",
+                       "rank  state    client  mesh         packet     left   asked  queued  reason",
+                       "   0  running       7  bunny             3  1.00 kB  2.50 s  2.50 s  running",
+                       " ...",
+                       "1100  waiting      12  (mesh list)       -    812 B  75.0 s  0.25 s  waits for 0.25 s",
+                       "... and 1199 more"};
+  EXPECT_EQ(queue_lines(document), expected);
 }
 
 TEST(QueueText, Weight) {

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/net/queue_view.h"
 #include "daemon/scheduler/registry.h"
 #include "proto/admin_rules.h"
 #include "tests/daemon/raw_client.h"
@@ -188,11 +189,12 @@ TEST(RuleSwitch, TheQueueShowsWhoIsNextAndWhy) {
   const std::uint64_t client = shown[2]["client"];
   const json why = json::parse(admin.answer(proto::encode(proto::AdminExplain{5, client})));
   EXPECT_FALSE(why["next"]);
-  EXPECT_EQ(why["summary"], "client " + std::to_string(client) +
-                                " waits for packet 0 of \"big\" behind 1 other: packet of 3 MB; next is client " +
+  EXPECT_EQ(why["summary"], "waits for packet 0 of \"big\" behind 1 other: packet of 3 MB; next is client " +
                                 std::to_string(shown[1]["client"].get<std::uint64_t>()) + ": packet of 722 B");
   EXPECT_EQ(why["requests"].size(), 3U);
   EXPECT_EQ(why["requests"][2]["mine"], true);
+  EXPECT_EQ(why["waiting"], 2);
+  EXPECT_EQ(why["more"], 0);
   EXPECT_EQ(admin.answer(proto::encode(proto::AdminExplain{6, 4711})), "error: unknown_client");
 
   const json clients = json::parse(admin.answer(proto::encode(proto::AdminClients{7})))["clients"];
@@ -207,6 +209,64 @@ TEST(RuleSwitch, TheQueueShowsWhoIsNextAndWhy) {
   EXPECT_EQ(weight["before"], 1.0);
   EXPECT_EQ(weight["weight"], 2.5);
   EXPECT_EQ(json::parse(admin.answer(proto::encode(proto::AdminClients{9})))["clients"][1]["weight"], 2.5);
+}
+
+TEST(QueueView, IsShortenedButForTheClientsOwnAndTheNext) {
+  net::QueueView queue;
+  for (const std::size_t rank : {0U, 0U, 0U, 1U, 2U, 3U, 4U}) {
+    queue.requests.emplace_back();
+    queue.requests.back().rank = rank;
+    queue.requests.back().client = rank == 3 ? 7 : 1;
+  }
+  queue.more = 10;
+  net::shorten(queue, 7, 7);
+  EXPECT_EQ(queue.requests.size(), 7U);
+  net::shorten(queue, 2, 7);
+  std::vector<std::size_t> ranks;
+  for (const net::RequestView& request : queue.requests) ranks.push_back(request.rank);
+  EXPECT_EQ(ranks, (std::vector<std::size_t>{0, 0, 1, 3}));
+  EXPECT_EQ(queue.more, 13U);
+}
+
+/// Of a long queue an explanation has the head, and the client's own requests wherever they stand.
+TEST(RuleSwitch, AnExplanationIsBounded) {
+  constexpr std::size_t kLists = proto::kMaxOpenRequests;
+  constexpr std::size_t kSessions = 130;
+  ServerInThread server;
+  auto admin = RawAdmin::open(server.admin_socket());
+  ASSERT_EQ(admin.ingest("big", fake_mesh(1, {3'000'000, 100})), "ok");
+  auto stuck = RawSession::open(server.request_port(), 4'096);
+  stuck.open_mesh(1, "big");
+  ASSERT_TRUE(stuck.data.stirs(kPatience));
+  std::vector<RawSession> sessions;
+  for (std::size_t n = 0; n < kSessions; ++n) {
+    sessions.push_back(RawSession::open(server.request_port()));
+    RawConnection& requests = sessions.back().requests;
+    for (std::uint32_t id = 1; id <= kLists; ++id) requests.send(proto::encode(proto::GetMeshList{id}));
+    requests.send(proto::encode(proto::Ping{9}));
+    ASSERT_EQ(expect<proto::Pong>(requests).id, 9U);
+  }
+  const json clients = json::parse(admin.answer(proto::encode(proto::AdminClients{1})))["clients"];
+  ASSERT_EQ(clients.size(), kSessions + 1);
+  const auto explain = [&](std::size_t client) {
+    return json::parse(admin.answer(proto::encode(proto::AdminExplain{2, clients[client]["client"]})));
+  };
+
+  const json last = explain(kSessions);
+  EXPECT_EQ(last["waiting"], kLists * kSessions);
+  EXPECT_EQ(last["more"], kLists * kSessions + 1 - 1'000 - kLists);
+  const json& requests = last["requests"];
+  ASSERT_EQ(requests.size(), 1'000 + kLists);
+  for (std::size_t rank = 0; rank < 1'000; ++rank) ASSERT_EQ(requests[rank]["rank"], rank);
+  for (std::size_t n = 0; n < kLists; ++n) {
+    EXPECT_EQ(requests[1'000 + n]["rank"], kLists * (kSessions - 1) + 1 + n);
+    EXPECT_EQ(requests[1'000 + n]["mine"], true);
+  }
+  EXPECT_EQ(last["summary"].get<std::string>().substr(0, 43), "waits for the mesh list behind 1032 others:");
+  const json head = explain(1);
+  EXPECT_EQ(head["requests"].size(), 1'000U) << "its own are among the first";
+  EXPECT_EQ(head["more"], kLists * kSessions + 1 - 1'000);
+  EXPECT_TRUE(head["next"]);
 }
 
 /// With a quantum a client that takes nothing loses its turn long before it is dropped.
