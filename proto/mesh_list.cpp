@@ -13,7 +13,7 @@ namespace pmcd::proto {
 
 namespace {
 
-constexpr std::size_t kMinEntryBytes = 81;
+constexpr std::size_t kMinEntryBytes = kNamelessEntryBytes + 1;
 constexpr std::uint8_t kLossless = 1;
 constexpr std::uint8_t kFloat64 = 2;
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -41,6 +42,9 @@ struct MeshPage {
   bool operator==(const MeshPage&) const = default;
 };
 
+/// Bytes of a page without its entries, and of an entry without its name.
+inline constexpr std::size_t kMeshPageHeadBytes = 12;
+inline constexpr std::size_t kNamelessEntryBytes = 80;
 /// Entries on a page at most, whatever was asked for.
 inline constexpr std::uint32_t kMaxPageEntries = 1'000;
 /// What a client accepts, judged by a transfer's `total` before it takes the first byte: more than a full page has.

@@ -7,8 +7,6 @@
 #include <new>
 #include <utility>
 
-#include "daemon/net/mesh_index.h"
-
 namespace pmcd::net {
 namespace {
 
@@ -61,8 +59,12 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std
   const bool first = filter.empty() && after.empty() && (most == 0 || most >= proto::kMaxPageEntries);
   if (first && first_page_) co_return first_page_;
   const std::uint64_t version = version_;
+  struct Made {
+    SharedBytes page;
+    ListSize size;
+  };
   auto work = [list = list_, version, filter = std::move(filter), after = std::move(after),
-               most](store::MeshStore& store) -> store::Result<SharedBytes> {
+               most](store::MeshStore& store) -> store::Result<Made> {
     if (!list->index || list->version != version) {
       const auto stored = store.list();
       if (!stored) return stored.error();
@@ -70,12 +72,14 @@ awaitable<store::Result<SharedBytes>> Catalog::mesh_list(std::string filter, std
       list->index.emplace(stored.value().meshes);
       list->version = version;
     }
-    return SharedBytes(
-        std::make_shared<const proto::Bytes>(proto::encode_mesh_page(list->index->page(filter, after, most))));
+    return Made{std::make_shared<const proto::Bytes>(proto::encode_mesh_page(list->index->page(filter, after, most))),
+                list->index->size()};
   };
-  auto page = co_await on_store(tasks_.executor(), reader_, std::move(work));
-  if (page && first && version == version_) first_page_ = page.value();
-  co_return page;
+  const auto made = co_await on_store(tasks_.executor(), reader_, std::move(work));
+  if (!made) co_return made.error();
+  list_size_ = made.value().size;
+  if (first && version == version_) first_page_ = made.value().page;
+  co_return made.value().page;
 }
 
 awaitable<store::Result<SharedMesh>> Catalog::find(std::string name) {

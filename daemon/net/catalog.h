@@ -17,6 +17,7 @@
 #include "daemon/net/asio.h"
 #include "daemon/net/collector.h"
 #include "daemon/net/held_meshes.h"
+#include "daemon/net/mesh_index.h"
 #include "daemon/net/mesh_source.h"
 #include "daemon/net/on_store.h"
 #include "daemon/net/packet_cache.h"
@@ -41,6 +42,8 @@ class Catalog final : public MeshSource {
 
   /// A page of the mesh list as it travels, see MeshIndex::page.
   awaitable<store::Result<SharedBytes>> mesh_list(std::string filter, std::string after, std::uint32_t most) override;
+  /// By the length of the list when it was made last; before that, of a list of one mesh.
+  [[nodiscard]] std::uint64_t mesh_list_bytes(std::uint32_t most) const override { return list_size_.page_bytes(most); }
   /// The mesh of that name. Errors: those of MeshStore::find.
   awaitable<store::Result<SharedMesh>> find(std::string name) override;
   /// A mesh of that content, live or still in its grace time. Errors: those of MeshStore::find.
@@ -112,6 +115,7 @@ class Catalog final : public MeshSource {
   std::uint64_t version_ = 0;    ///< of the database, raised by each change
   std::uint64_t collected_ = 0;  ///< meshes that may not be read any more
   std::shared_ptr<ListOnReader> list_;
+  ListSize list_size_;
   SharedBytes first_page_;  ///< of the whole list of this version, once somebody asked
   std::function<void(store::MeshId, Duration)> on_retired_;
 };

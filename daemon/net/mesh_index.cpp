@@ -27,17 +27,29 @@ proto::MeshListEntry list_entry(const store::MeshSummary& mesh) {
   return entry;
 }
 
+std::uint32_t page_size(std::uint32_t most) {
+  return most == 0 ? proto::kMaxPageEntries : std::min(most, proto::kMaxPageEntries);
+}
+
 }  // namespace
+
+std::uint64_t ListSize::page_bytes(std::uint32_t most) const {
+  const std::uint64_t count = std::min<std::uint64_t>(meshes, page_size(most));
+  if (count == 0) return proto::kMeshPageHeadBytes;
+  return proto::kMeshPageHeadBytes + count * proto::kNamelessEntryBytes + count * name_bytes / meshes;
+}
 
 MeshIndex::MeshIndex(const std::vector<store::MeshSummary>& meshes) {
   entries_.reserve(meshes.size());
   for (const store::MeshSummary& mesh : meshes) {
-    if (proto::is_mesh_name(mesh.name)) entries_.push_back(list_entry(mesh));
+    if (!proto::is_mesh_name(mesh.name)) continue;
+    entries_.push_back(list_entry(mesh));
+    name_bytes_ += mesh.name.size();
   }
 }
 
 proto::MeshPage MeshIndex::page(std::string_view filter, std::string_view after, std::uint32_t most) const {
-  const std::size_t size = most == 0 ? proto::kMaxPageEntries : std::min(most, proto::kMaxPageEntries);
+  const std::size_t size = page_size(most);
   const auto begin = std::upper_bound(entries_.begin(), entries_.end(), after,
                                       [](std::string_view name, const auto& entry) { return name < entry.name; });
   proto::MeshPage page;

@@ -38,6 +38,8 @@ class MeshSource {
   /// `after`, at most `most` of them (0: as many as a page holds).
   virtual awaitable<store::Result<SharedBytes>> mesh_list(std::string filter, std::string after,
                                                           std::uint32_t most) = 0;
+  /// About how many bytes such a page has, at least 1, whatever its filter. [O(1)]
+  [[nodiscard]] virtual std::uint64_t mesh_list_bytes(std::uint32_t most) const = 0;
   /// Error: unknown_mesh.
   virtual awaitable<store::Result<SharedMesh>> find(std::string name) = 0;
   /// A mesh of this content, whatever its name. Error: unknown_mesh.

@@ -55,14 +55,15 @@ bool SessionRequests::admit(std::uint32_t id) {
 }
 
 void SessionRequests::list_meshes(proto::GetMeshList message) {
-  // How long the page will be shows when it is made; it is short beside most packets.
-  constexpr std::uint64_t kListBytes = 1;
+  // The page is made when its turn comes; until then the rules go by what it will be at most, so that who lists all the
+  // time gains nothing by it.
+  const std::uint64_t bytes = source_.mesh_list_bytes(message.most);
   const std::uint32_t id = message.id;
   Transfer transfer;
   transfer.session = session_.shared_from_this();
   transfer.id = id;
   transfer.list = std::move(message);
-  lists_[id] = dispatcher_.enqueue(std::move(transfer), kListBytes, Clock::now());
+  lists_[id] = dispatcher_.enqueue(std::move(transfer), bytes, Clock::now());
 }
 
 awaitable<void> SessionRequests::open_mesh(proto::GetBaseMesh message) {

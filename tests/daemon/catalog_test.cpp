@@ -163,6 +163,22 @@ TEST(MeshIndex, PagesAreBoundedAndNamesThatCannotTravelAreLeftOut) {
   EXPECT_EQ(last.names.back(), "m12499");
 }
 
+/// With names of one length the guess is the page, wherever no filter makes it shorter.
+TEST(ListSize, IsThePageThatIsMade) {
+  std::vector<std::string> names;
+  const auto expect_exact = [&](std::uint32_t most) {
+    const MeshIndex index = index_of(names);
+    EXPECT_EQ(index.size().page_bytes(most), proto::encode_mesh_page(index.page("", "", most)).size()) << names.size();
+  };
+  for (int i = 10'000; i < 11'200; i += 300) {
+    for (const std::uint32_t most : {0U, 1U, 150U, 1'000U, 65'535U}) expect_exact(most);
+    for (int n = 0; n < 300; ++n) names.push_back("m" + std::to_string(i + n));
+  }
+  names = {"a", "long"};
+  expect_exact(0);
+  EXPECT_EQ(ListSize().page_bytes(0), 92U) << "one mesh, before a list was made";
+}
+
 TEST_F(CatalogTest, APacketIsReadOnceAndThenShared) {
   const FakeMesh mesh = fake_mesh(1, {100, 200});
   const store::MeshId id = ingest("m", mesh).mesh.id;
@@ -234,6 +250,7 @@ TEST_F(CatalogTest, ListsInPagesAndSeesEveryChange) {
   EXPECT_EQ(page.entries[0].name, "b");
   const auto first = get(catalog_->mesh_list("", "", 0)).value();
   EXPECT_EQ(get(catalog_->mesh_list("", "", 1'000)).value(), first) << "the first page is held encoded";
+  EXPECT_EQ(catalog_->mesh_list_bytes(0), first->size()) << "known from the list that was made";
   ASSERT_EQ(remove("a"), "ok");
   EXPECT_EQ(list("", "", 0).matches, 2U);
   EXPECT_EQ(list("A", "", 0).matches, 0U);

@@ -269,6 +269,41 @@ TEST(RuleSwitch, AnExplanationIsBounded) {
   EXPECT_TRUE(head["next"]);
 }
 
+/// A page of the list goes through the same queue as packets, and the rules see how long it is.
+TEST(RuleSwitch, AMeshListCountsAsItsPage) {
+  scheduler::Policy policy;
+  policy.rule = "spf";
+  ServerInThread server({}, policy);
+  auto admin = RawAdmin::open(server.admin_socket());
+  ASSERT_EQ(admin.ingest("big", fake_mesh(1, {3'000'000, 100})), "ok");
+  for (int n = 10; n < 40; ++n) ASSERT_EQ(admin.ingest("small" + std::to_string(n), fake_mesh(2, {700})), "ok");
+  auto lister = RawSession::open(server.request_port());
+  lister.requests.send(proto::encode(proto::GetMeshList{1}));
+  const std::size_t page = lister.next_transfer().bytes.size();
+  ASSERT_GT(page, 31 * 80U);
+  auto stuck = RawSession::open(server.request_port(), 4'096);
+  stuck.open_mesh(1, "big");
+  ASSERT_TRUE(stuck.data.stirs(kPatience));
+  lister.requests.send(proto::encode(proto::GetMeshList{2}));
+  lister.requests.send(proto::encode(proto::GetMeshList{3, "", "", 2}));
+  auto fetcher = RawSession::open(server.request_port());
+  fetcher.open_mesh(1, "small10");
+
+  json queue;
+  for (int tries = 0; tries < 200; ++tries) {
+    queue = json::parse(admin.answer(proto::encode(proto::AdminQueue{3})));
+    if (queue["waiting"] == 3) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const json& shown = queue["requests"];
+  ASSERT_EQ(shown.size(), 4U);
+  EXPECT_EQ(shown[1]["mesh"], "") << "two meshes of the list are shorter than the packet";
+  EXPECT_EQ(shown[1]["bytes"], 12 + (page - 12) * 2 / 31);
+  EXPECT_EQ(shown[2]["mesh"], "small10");
+  EXPECT_EQ(shown[3]["mesh"], "") << "the whole list is longer than it";
+  EXPECT_EQ(shown[3]["bytes"], page);
+}
+
 /// With a quantum a client that takes nothing loses its turn long before it is dropped.
 TEST(RuleSwitch, AQuantumPassesByAClientThatTakesNothing) {
   net::Limits limits;

@@ -135,6 +135,10 @@ net::awaitable<store::Result<net::SharedBytes>> MemorySource::mesh_list(std::str
   co_return std::make_shared<const proto::Bytes>(std::move(page));
 }
 
+std::uint64_t MemorySource::mesh_list_bytes(std::uint32_t most) const {
+  return net::ListSize{live_.size(), 0}.page_bytes(most);
+}
+
 net::awaitable<store::Result<net::SharedMesh>> MemorySource::find(std::string name) {
   if (co_await wait(true)) co_return damaged();
   const auto it = live_.find(name);

@@ -60,6 +60,7 @@ class MemorySource final : public net::MeshSource {
 
   net::awaitable<store::Result<net::SharedBytes>> mesh_list(std::string filter, std::string after,
                                                             std::uint32_t most) override;
+  [[nodiscard]] std::uint64_t mesh_list_bytes(std::uint32_t most) const override;
   net::awaitable<store::Result<net::SharedMesh>> find(std::string name) override;
   net::awaitable<store::Result<net::SharedMesh>> find_generation(std::uint64_t generation) override;
   net::awaitable<store::Result<net::SharedBytes>> read_packet(store::MeshId mesh, std::uint32_t packet) override;
