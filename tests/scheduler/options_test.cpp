@@ -163,6 +163,33 @@ TEST(Aging, AParkedOneIsPassedOverUntilItIsBack) {
   EXPECT_EQ(d.serve_all(), (Keys{a, c}));
 }
 
+/// Who may be overtaken by nobody cannot be interrupted either: it is next again at once, however slow its client is.
+TEST(Aging, TheOldestOfTheAgedKeepsItsSlotToItsEnd) {
+  Policy policy = with_aging("fifo", seconds(1));
+  policy.quantum = milliseconds(100);
+  Driver d(policy);
+  const auto old = d.ask(1, 1'000);
+  d.now += milliseconds(1);
+  const auto later = d.ask(2, 1'000);
+  ASSERT_EQ(d.take(), old);
+  d.now += milliseconds(100);
+  ASSERT_TRUE(d.scheduler.quantum_is_over(old, d.now));
+  EXPECT_FALSE(d.scheduler.yield(old, 10, d.now)) << "not aged yet";
+  ASSERT_EQ(d.take(), later);
+  d.now += seconds(1);
+  ASSERT_TRUE(d.scheduler.quantum_is_over(later, d.now));
+  EXPECT_FALSE(d.scheduler.yield(later, 10, d.now)) << "both are aged, and the other was asked for before it";
+  ASSERT_EQ(d.take(), old);
+  for (std::uint64_t offset = 20; offset < 100; offset += 10) {
+    d.now += seconds(10);
+    ASSERT_TRUE(d.scheduler.quantum_is_over(old, d.now));
+    EXPECT_TRUE(d.scheduler.yield(old, offset, d.now)) << "its turn ends and begins anew";
+  }
+  EXPECT_EQ(d.take(), 0U) << "the other has no turn in all that time";
+  d.scheduler.complete(old, d.now);
+  EXPECT_EQ(d.take(), later);
+}
+
 TEST(Slots, AutoStartsFurtherOnesWhileTheUplinkIsNotFull) {
   Policy policy = policy_of("fifo", {}, std::nullopt);
   policy.uplink = 100'000;
