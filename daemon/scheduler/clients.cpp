@@ -41,21 +41,29 @@ std::optional<double> RunningMedian::median() const {
 }
 
 const Client* Clients::find(SessionKey session) const {
-  const auto it = records_.find(session);
-  return it == records_.end() ? nullptr : &it->second.client;
+  const Record* record = find_record(session);
+  return record == nullptr ? nullptr : &record->client;
+}
+
+const Clients::Record* Clients::find_record(SessionKey session) const {
+  const auto* record = records_.find(session);
+  return record == nullptr ? nullptr : record->get();
 }
 
 Clients::Record& Clients::record(SessionKey session) {
-  const auto [it, made] = records_.try_emplace(session);
-  if (made) it->second.client.session = session;
-  return it->second;
+  const auto [record, made] = records_.emplace(session);
+  if (made) {
+    *record = std::make_unique<Record>();
+    (*record)->client.session = session;
+  }
+  return **record;
 }
 
 void Clients::forget(SessionKey session) {
-  const auto it = records_.find(session);
-  if (it == records_.end()) return;
-  discount(it->second);
-  records_.erase(it);
+  const Record* record = find_record(session);
+  if (record == nullptr) return;
+  discount(*record);
+  records_.erase(session);
 }
 
 void Clients::count(const Record& record) {
@@ -108,13 +116,13 @@ void Clients::set_active(SessionKey session, bool active) {
 }
 
 double Clients::taking(SessionKey session, Time now) const {
-  const auto it = records_.find(session);
-  return it == records_.end() ? 0 : it->second.rate.rate(now);
+  const Record* record = find_record(session);
+  return record == nullptr ? 0 : record->rate.rate(now);
 }
 
 std::optional<double> Clients::guessed_speed(SessionKey session) const {
-  const auto it = records_.find(session);
-  return it == records_.end() ? std::nullopt : it->second.meter.guess();
+  const Record* record = find_record(session);
+  return record == nullptr ? std::nullopt : record->meter.guess();
 }
 
 }  // namespace pmcd::scheduler

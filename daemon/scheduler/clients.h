@@ -5,9 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
-#include <unordered_map>
 
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/recent_rate.h"
 #include "daemon/scheduler/request.h"
 #include "daemon/scheduler/sorted_blocks.h"
@@ -76,7 +77,9 @@ class Clients {
   void count(const Record& record);
   void discount(const Record& record);
 
-  std::unordered_map<SessionKey, Record> records_;
+  [[nodiscard]] const Record* find_record(SessionKey session) const;
+
+  KeyMap<std::unique_ptr<Record>> records_;
   RecentRate rate_;  ///< of all together
   RunningMedian all_;
   RunningMedian active_;

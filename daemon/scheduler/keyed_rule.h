@@ -5,8 +5,8 @@
 
 #include <compare>
 #include <tuple>
-#include <unordered_map>
 
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/rule.h"
 #include "daemon/scheduler/sorted_blocks.h"
 
@@ -19,12 +19,11 @@ class KeyedRule : public Rule {
   void enqueued(const Request& request, const Client& client, Time now) override {
     const Key key = key_of(request, client, now);
     order_.insert({key, QueueOrder::of(request)});
-    keys_.insert_or_assign(request.key, key);
+    *keys_.emplace(request.key).first = key;
   }
   void removed(const Request& request) override {
-    const auto it = keys_.find(request.key);
-    order_.erase({it->second, QueueOrder::of(request)});
-    keys_.erase(it);
+    order_.erase({key_at(request), QueueOrder::of(request)});
+    keys_.erase(request.key);
   }
   [[nodiscard]] std::optional<RequestKey> next() const override {
     if (order_.empty()) return std::nullopt;
@@ -41,7 +40,7 @@ class KeyedRule : public Rule {
   }
   void client_changed(const Client& client, std::span<const Request* const> waiting, Time now) override {
     for (const Request* request : waiting) {
-      Key& standing = keys_.at(request->key);
+      Key& standing = *keys_.find(request->key);
       const Key key = key_of(*request, client, now);
       if (key == standing) continue;
       order_.erase({standing, QueueOrder::of(*request)});
@@ -54,7 +53,7 @@ class KeyedRule : public Rule {
   [[nodiscard]] virtual Key key_of(const Request& request, const Client& client, Time now) const = 0;
   [[nodiscard]] virtual std::string reason(const Key& key, const QueueOrder& order, Time now) const = 0;
   /// The key under which a waiting request stands.
-  [[nodiscard]] const Key& key_at(const Request& request) const { return keys_.at(request.key); }
+  [[nodiscard]] const Key& key_at(const Request& request) const { return *keys_.find(request.key); }
 
  private:
   struct Place {
@@ -64,7 +63,7 @@ class KeyedRule : public Rule {
   };
 
   SortedBlocks<Place> order_;
-  std::unordered_map<RequestKey, Key> keys_;  ///< under which each stands
+  KeyMap<Key> keys_;  ///< under which each stands
 };
 
 }  // namespace pmcd::scheduler

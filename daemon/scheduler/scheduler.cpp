@@ -34,41 +34,42 @@ void Scheduler::note_uplink() {
 bool Scheduler::enqueue(Request request, Time now) {
   request.queued_at = request.asked_at;
   const RequestKey key = request.key;
-  const auto [it, inserted] = requests_.try_emplace(key, Entry{std::move(request), State::waiting, Time{0}, Time{0}});
-  if (!inserted) return false;
-  std::vector<RequestKey>& keys = by_session_[it->second.request.session];
-  keys.push_back(it->first);
-  if (keys.size() == 1) clients_.set_active(it->second.request.session, true);
-  join(it->second, now);
+  const auto [place, is_new] = requests_.emplace(key);
+  if (!is_new) return false;
+  const SessionKey session = request.session;
+  *place = std::make_unique<Entry>(Entry{std::move(request), clients_.of(session)});
+  Entry& entry = **place;
+  std::vector<Entry*>& entries = *by_session_.emplace(session).first;
+  entries.push_back(&entry);
+  if (entries.size() == 1) clients_.set_active(session, true);
+  join(entry, now);
   return true;
 }
 
 bool Scheduler::is_to_be_held(const Request& request) const {
   if (policy_.slots) return false;
-  const auto keys = by_session_.find(request.session);
-  return std::any_of(keys->second.begin(), keys->second.end(), [this](RequestKey key) { return is_running(key); });
+  const auto entries = entries_of(request.session);
+  return std::any_of(entries.begin(), entries.end(), [](const Entry* one) { return one->state == State::running; });
 }
 
 void Scheduler::hold_or_release(SessionKey session, Time now) {
-  const auto keys = by_session_.find(session);
-  if (keys == by_session_.end()) return;
-  for (const RequestKey key : keys->second) {
-    Entry& entry = requests_.at(key);
-    if (entry.state != State::waiting && entry.state != State::held) continue;
-    const bool hold = is_to_be_held(entry.request);
-    if (hold == (entry.state == State::held)) continue;
+  if (policy_.slots) return;
+  for (Entry* entry : entries_of(session)) {
+    if (entry->state != State::waiting && entry->state != State::held) continue;
+    const bool hold = is_to_be_held(entry->request);
+    if (hold == (entry->state == State::held)) continue;
     if (hold) {
-      leave(entry);
-      entry.state = State::held;
+      leave(*entry);
+      entry->state = State::held;
     } else {
-      join(entry, now);
+      join(*entry, now);
     }
   }
 }
 
 bool Scheduler::is_held(RequestKey key) const {
-  const auto it = requests_.find(key);
-  return it != requests_.end() && it->second.state == State::held;
+  const Entry* entry = entry_of(key);
+  return entry != nullptr && entry->state == State::held;
 }
 
 void Scheduler::join(Entry& entry, Time now) {
@@ -77,12 +78,14 @@ void Scheduler::join(Entry& entry, Time now) {
     return;
   }
   entry.state = State::waiting;
-  ages_.insert(age_of(entry.request));
-  rule_->enqueued(entry.request, clients_.of(entry.request.session), now);
+  ++in_sight_;
+  if (policy_.aging) ages_.insert(age_of(entry.request));
+  rule_->enqueued(entry.request, entry.client, now);
 }
 
 void Scheduler::leave(Entry& entry) {
-  ages_.erase(age_of(entry.request));
+  --in_sight_;
+  if (policy_.aging) ages_.erase(age_of(entry.request));
   rule_->removed(entry.request);
 }
 
@@ -92,7 +95,7 @@ void Scheduler::start(Entry& entry, Time now) {
   entry.turn_since = now;
   entry.slot_since = now;
   running_.emplace(entry.request.key, &entry);
-  rule_->started(entry.request, clients_.of(entry.request.session), now);
+  rule_->started(entry.request, entry.client, now);
   hold_or_release(entry.request.session, now);
 }
 
@@ -100,14 +103,14 @@ void Scheduler::stop(Entry& entry, Outcome outcome, Time now) {
   running_.erase(entry.request.key);
   entry.state = State::parked;  // out of the rule's sight until it joins again, or for good
   hold_or_release(entry.request.session, now);
-  rule_->finished(entry.request, clients_.of(entry.request.session), outcome, waiting_of(entry.request.session), now);
+  rule_->finished(entry.request, entry.client, outcome, waiting_of(entry.request.session), now);
 }
 
 bool Scheduler::withdraw(RequestKey key) {
-  const auto it = requests_.find(key);
-  if (it == requests_.end() || it->second.state == State::running) return false;
-  if (it->second.state == State::waiting) leave(it->second);
-  forget(it);
+  Entry* entry = entry_of(key);
+  if (entry == nullptr || entry->state == State::running) return false;
+  if (entry->state == State::waiting) leave(*entry);
+  forget(*entry);
   return true;
 }
 
@@ -120,7 +123,7 @@ std::optional<Request> Scheduler::take(Time now, std::size_t taken_slots) {
   if (!has_slot(now, taken_slots)) return std::nullopt;
   const std::optional<RequestKey> key = next(now);
   if (!key) return std::nullopt;
-  Entry& entry = requests_.at(*key);
+  Entry& entry = *entry_of(*key);
   start(entry, now);
   return entry.request;
 }
@@ -139,7 +142,7 @@ bool Scheduler::is_uplink_taken(Time now) const {
 }
 
 bool Scheduler::has_rivals(Time now) const {
-  if (!ages_.empty()) return true;
+  if (in_sight_ > 0) return true;
   // Where the uplink is full with several at a time, each of them may fill it alone: then the rule is to say who.
   return !policy_.slots && running_.size() > 1 && surroundings_.uplink > 0 && is_uplink_taken(now);
 }
@@ -178,11 +181,8 @@ void Scheduler::set_weight(SessionKey session, double weight, Time now) {
 
 std::vector<const Request*> Scheduler::waiting_of(SessionKey session) const {
   std::vector<const Request*> waiting;
-  const auto keys = by_session_.find(session);
-  if (keys == by_session_.end()) return waiting;
-  for (const RequestKey key : keys->second) {
-    const Entry& entry = requests_.at(key);
-    if (entry.state == State::waiting) waiting.push_back(&entry.request);
+  for (const Entry* entry : entries_of(session)) {
+    if (entry->state == State::waiting) waiting.push_back(&entry->request);
   }
   return waiting;
 }
@@ -196,28 +196,27 @@ bool Scheduler::complete(RequestKey key, Time now) {
 }
 
 bool Scheduler::fail(RequestKey key, std::uint64_t offset_bytes, Time now) {
-  const auto it = find_running(key);
-  if (it == requests_.end()) return false;
-  it->second.request.offset_bytes = std::min(offset_bytes, it->second.request.size_bytes);
+  Entry* entry = find_running(key);
+  if (entry == nullptr) return false;
+  entry->request.offset_bytes = std::min(offset_bytes, entry->request.size_bytes);
   return finish(key, Outcome::failed, now);
 }
 
 bool Scheduler::requeue(RequestKey key, std::uint64_t offset_bytes, Time now) {
-  const auto it = find_running(key);
-  if (it == requests_.end() || offset_bytes >= it->second.request.size_bytes) return false;
-  Entry& entry = it->second;
-  entry.request.offset_bytes = offset_bytes;
-  stop(entry, Outcome::requeued, now);
-  entry.request.queued_at = now;
-  join(entry, now);
+  Entry* entry = find_running(key);
+  if (entry == nullptr || offset_bytes >= entry->request.size_bytes) return false;
+  entry->request.offset_bytes = offset_bytes;
+  stop(*entry, Outcome::requeued, now);
+  entry->request.queued_at = now;
+  join(*entry, now);
   return true;
 }
 
 void Scheduler::turn_begins(RequestKey key, Time now) {
-  const auto it = find_running(key);
-  if (it == requests_.end()) return;
-  if (it->second.slot_since == it->second.turn_since) it->second.slot_since = now;
-  it->second.turn_since = now;
+  Entry* entry = find_running(key);
+  if (entry == nullptr) return;
+  if (entry->slot_since == entry->turn_since) entry->slot_since = now;
+  entry->turn_since = now;
 }
 
 bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
@@ -226,40 +225,40 @@ bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
 }
 
 bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now, std::size_t taken_slots) {
-  const auto it = find_running(key);
-  if (it == requests_.end()) return false;
-  Entry& entry = it->second;
-  const Time slot_since = entry.slot_since;
+  Entry* entry = find_running(key);
+  if (entry == nullptr) return false;
+  const Time slot_since = entry->slot_since;
   if (!requeue(key, offset_bytes, now)) return true;
   // Who takes nothing would be the next again and again, for the speed that it once had.
-  const bool takes = now - slot_since < RecentRate::kSpan || clients_.taking(entry.request.session, now) > 0;
+  const bool takes = now - slot_since < RecentRate::kSpan || clients_.taking(entry->request.session, now) > 0;
   if (!takes || !has_slot(now, taken_slots) || next(now) != key) return false;
-  start(entry, now);
-  entry.slot_since = slot_since;
+  start(*entry, now);
+  entry->slot_since = slot_since;
   return true;
 }
 
 void Scheduler::park(RequestKey key) {
-  const auto it = requests_.find(key);
-  if (it == requests_.end() || (it->second.state != State::waiting && it->second.state != State::held)) return;
-  if (it->second.state == State::waiting) leave(it->second);
-  it->second.state = State::parked;
+  Entry* entry = entry_of(key);
+  if (entry == nullptr || (entry->state != State::waiting && entry->state != State::held)) return;
+  if (entry->state == State::waiting) leave(*entry);
+  entry->state = State::parked;
 }
 
 void Scheduler::unpark(RequestKey key, Time now) {
-  const auto it = requests_.find(key);
-  if (it != requests_.end() && it->second.state == State::parked) join(it->second, now);
+  Entry* entry = entry_of(key);
+  if (entry != nullptr && entry->state == State::parked) join(*entry, now);
 }
 
 std::vector<RequestKey> Scheduler::remove_session(SessionKey session, Time now) {
   std::vector<RequestKey> keys;
-  if (const auto it = by_session_.find(session); it != by_session_.end()) keys = it->second;
+  for (const Entry* entry : entries_of(session)) keys.push_back(entry->request.key);
   for (const RequestKey key : keys) {
-    const auto it = requests_.find(key);
-    if (it->second.state == State::waiting) leave(it->second);
-    if (it->second.state == State::running) stop(it->second, Outcome::failed, now);
-    forget(it);
+    Entry& entry = *entry_of(key);
+    if (entry.state == State::waiting) leave(entry);
+    if (entry.state == State::running) stop(entry, Outcome::failed, now);
+    forget(entry);
   }
+  by_session_.erase(session);
   rule_->session_gone(session, now);
   clients_.forget(session);
   std::sort(keys.begin(), keys.end());
@@ -271,11 +270,12 @@ void Scheduler::switch_to(Policy policy, Time now) {
   note_uplink();
   rule_ = make_rule(policy_.rule, policy_.rule_options, surroundings_);
   ages_ = {};
+  in_sight_ = 0;
   // In the order in which they came, as the rule would have heard of them.
   std::vector<Entry*> entries;
-  for (auto& [key, entry] : requests_) {
-    if (entry.state != State::parked) entries.push_back(&entry);
-  }
+  requests_.each([&entries](RequestKey, const std::unique_ptr<Entry>& entry) {
+    if (entry->state != State::parked) entries.push_back(entry.get());
+  });
   std::sort(entries.begin(), entries.end(),
             [](const Entry* a, const Entry* b) { return QueueOrder::of(a->request) < QueueOrder::of(b->request); });
   for (Entry* entry : entries) {
@@ -283,10 +283,9 @@ void Scheduler::switch_to(Policy policy, Time now) {
       join(*entry, now);
       continue;
     }
-    const Client& client = clients_.of(entry->request.session);
-    rule_->enqueued(entry->request, client, now);
+    rule_->enqueued(entry->request, entry->client, now);
     rule_->removed(entry->request);
-    rule_->started(entry->request, client, now);
+    rule_->started(entry->request, entry->client, now);
   }
 }
 
@@ -310,40 +309,47 @@ std::vector<Ranked> Scheduler::ranking(std::size_t most, Time now) const {
 }
 
 const Request* Scheduler::find(RequestKey key) const {
-  const auto it = requests_.find(key);
-  return it == requests_.end() ? nullptr : &it->second.request;
+  const Entry* entry = entry_of(key);
+  return entry == nullptr ? nullptr : &entry->request;
 }
 
 std::pair<std::size_t, std::size_t> Scheduler::counts(SessionKey session) const {
-  const auto keys = by_session_.find(session);
-  if (keys == by_session_.end()) return {0, 0};
+  const auto entries = entries_of(session);
   const auto running = static_cast<std::size_t>(
-      std::count_if(keys->second.begin(), keys->second.end(), [this](RequestKey key) { return is_running(key); }));
-  return {keys->second.size() - running, running};
+      std::count_if(entries.begin(), entries.end(), [](const Entry* one) { return one->state == State::running; }));
+  return {entries.size() - running, running};
 }
 
 bool Scheduler::finish(RequestKey key, Outcome outcome, Time now) {
-  const auto it = find_running(key);
-  if (it == requests_.end()) return false;
-  if (outcome == Outcome::complete) it->second.request.offset_bytes = it->second.request.size_bytes;
-  stop(it->second, outcome, now);
-  forget(it);
+  Entry* entry = find_running(key);
+  if (entry == nullptr) return false;
+  if (outcome == Outcome::complete) entry->request.offset_bytes = entry->request.size_bytes;
+  stop(*entry, outcome, now);
+  forget(*entry);
   return true;
 }
 
-Scheduler::Entries::iterator Scheduler::find_running(RequestKey key) {
-  const auto it = requests_.find(key);
-  return it != requests_.end() && it->second.state == State::running ? it : requests_.end();
+Scheduler::Entry* Scheduler::entry_of(RequestKey key) const {
+  const auto* entry = requests_.find(key);
+  return entry == nullptr ? nullptr : entry->get();
 }
 
-void Scheduler::forget(Entries::iterator it) {
-  const SessionKey session = it->second.request.session;
-  std::vector<RequestKey>& keys = by_session_.at(session);
-  std::erase(keys, it->first);
-  requests_.erase(it);
-  if (!keys.empty()) return;
-  by_session_.erase(session);
-  clients_.set_active(session, false);
+Scheduler::Entry* Scheduler::find_running(RequestKey key) const {
+  Entry* entry = entry_of(key);
+  return entry != nullptr && entry->state == State::running ? entry : nullptr;
+}
+
+std::span<Scheduler::Entry* const> Scheduler::entries_of(SessionKey session) const {
+  const auto* entries = by_session_.find(session);
+  return entries == nullptr ? std::span<Entry* const>() : *entries;
+}
+
+void Scheduler::forget(const Entry& entry) {
+  const SessionKey session = entry.request.session;
+  std::vector<Entry*>& entries = *by_session_.find(session);
+  std::erase(entries, &entry);
+  if (entries.empty()) clients_.set_active(session, false);
+  requests_.erase(entry.request.key);
 }
 
 }  // namespace pmcd::scheduler

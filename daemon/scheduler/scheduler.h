@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "daemon/scheduler/clients.h"
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/policy.h"
 #include "daemon/scheduler/request.h"
 #include "daemon/scheduler/rule.h"
@@ -112,11 +113,11 @@ class Scheduler {
   };
   struct Entry {
     Request request;
-    State state = State::waiting;
+    const Client& client;
+    State state = State::parked;
     Time turn_since{0};  ///< of a running one
     Time slot_since{0};  ///< its first turn in this slot began then
   };
-  using Entries = std::unordered_map<RequestKey, Entry>;
   /// Oldest first.
   using Age = std::pair<Time, QueueOrder>;
 
@@ -133,8 +134,11 @@ class Scheduler {
   /// A running request gives its slot back, and the rule hears how.
   void stop(Entry& entry, Outcome outcome, Time now);
   bool finish(RequestKey key, Outcome outcome, Time now);
-  Entries::iterator find_running(RequestKey key);
-  void forget(Entries::iterator it);
+  /// nullptr if it is not known, or does not run.
+  [[nodiscard]] Entry* entry_of(RequestKey key) const;
+  [[nodiscard]] Entry* find_running(RequestKey key) const;
+  [[nodiscard]] std::span<Entry* const> entries_of(SessionKey session) const;
+  void forget(const Entry& entry);
   void client_changed(SessionKey session, Time now);
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
   /// What the clients that are being served take of the uplink, or are about to.
@@ -150,11 +154,12 @@ class Scheduler {
   Surroundings surroundings_{clients_, 0};
   UplinkMeter uplink_meter_;
   std::unique_ptr<Rule> rule_;
-  Entries requests_;
-  SortedBlocks<Age> ages_;  ///< of the waiting ones
+  KeyMap<std::unique_ptr<Entry>> requests_;
+  std::size_t in_sight_ = 0;  ///< of the rule: how many are in State::waiting
+  SortedBlocks<Age> ages_;    ///< of those, if the policy goes by them
   std::unordered_map<RequestKey, const Entry*> running_;
   /// The requests of a session, waiting or running: a handful each, because the network bounds what a session may open.
-  std::unordered_map<SessionKey, std::vector<RequestKey>> by_session_;
+  KeyMap<std::vector<Entry*>> by_session_;
 };
 
 }  // namespace pmcd::scheduler
