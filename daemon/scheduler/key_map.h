@@ -61,6 +61,12 @@ class KeyMap {
 
   /// Calls visit(key, value) for each, in no order that means anything.
   template <typename Visit>
+  void each(Visit visit) {
+    for (Slot& slot : slots_) {
+      if (slot.key != kFree) visit(slot.key, slot.value);
+    }
+  }
+  template <typename Visit>
   void each(Visit visit) const {
     for (const Slot& slot : slots_) {
       if (slot.key != kFree) visit(slot.key, slot.value);

@@ -13,13 +13,15 @@ namespace pmcd::scheduler {
 class RecentRate {
  public:
   static constexpr Time kSpan = std::chrono::milliseconds(500);
+  static constexpr Time kPart = std::chrono::milliseconds(50);
 
   /// REQUIRES: times do not fall. [O(1)]
   void note(std::uint64_t bytes, Time now) {
     move_to(now);
     parts_[static_cast<std::size_t>(part_) % kParts] += bytes;
   }
-  /// Over the last half second that is whole: what came in the last twentieth of a second may not count yet.
+  /// Over the last half second that is whole: what came in the last twentieth of a second may not count yet. Without
+  /// note() it changes only at multiples of kPart.
   [[nodiscard]] double rate(Time now) const {
     RecentRate moved = *this;
     moved.move_to(now);
@@ -30,7 +32,6 @@ class RecentRate {
   }
 
  private:
-  static constexpr Time kPart = std::chrono::milliseconds(50);
   static constexpr std::size_t kParts = kSpan / kPart + 1;  ///< the last of them is being filled
 
   void move_to(Time now) {

@@ -93,14 +93,20 @@ void Scheduler::start(Entry& entry, Time now) {
   leave(entry);
   entry.state = State::running;
   entry.turn_since = now;
-  entry.slot_since = now;
-  running_.emplace(entry.request.key, &entry);
+  ++running_;
+  serve_since(entry, now);
   rule_->started(entry.request, entry.client, now);
   hold_or_release(entry.request.session, now);
 }
 
+void Scheduler::serve_since(Entry& entry, Time since) {
+  entry.slot_since = since;
+  if (!policy_.slots) load_.served_since(entry.request.key, entry.request.session, since);
+}
+
 void Scheduler::stop(Entry& entry, Outcome outcome, Time now) {
-  running_.erase(entry.request.key);
+  --running_;
+  load_.ends(entry.request.key);
   entry.state = State::parked;  // out of the rule's sight until it joins again, or for good
   hold_or_release(entry.request.session, now);
   rule_->finished(entry.request, entry.client, outcome, waiting_of(entry.request.session), now);
@@ -129,12 +135,12 @@ std::optional<Request> Scheduler::take(Time now, std::size_t taken_slots) {
 }
 
 bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
-  const std::size_t taken = running_.size() + taken_slots;
+  const std::size_t taken = running_ + taken_slots;
   if (policy_.slots) return taken < *policy_.slots;
   if (taken == 0) return true;
   if (taken >= kMaxSlots) return false;
   if (surroundings_.uplink <= 0) return taken < kSlotsBeforeMeasured;
-  return load(now) < (policy_.uplink > 0 ? kFull : kTry) * surroundings_.uplink && !is_uplink_taken(now);
+  return load_.sum(now) < (policy_.uplink > 0 ? kFull : kTry) * surroundings_.uplink && !is_uplink_taken(now);
 }
 
 bool Scheduler::is_uplink_taken(Time now) const {
@@ -144,29 +150,15 @@ bool Scheduler::is_uplink_taken(Time now) const {
 bool Scheduler::has_rivals(Time now) const {
   if (in_sight_ > 0) return true;
   // Where the uplink is full with several at a time, each of them may fill it alone: then the rule is to say who.
-  return !policy_.slots && running_.size() > 1 && surroundings_.uplink > 0 && is_uplink_taken(now);
-}
-
-double Scheduler::load(Time now) const {
-  double sum = 0;
-  for (const auto& [key, entry] : running_) {
-    const SessionKey session = entry->request.session;
-    // What a client can take is what it will take, unless it has been served for long enough to show. One of whom
-    // nothing is known may take everything.
-    double expected = surroundings_.uplink;
-    if (const auto speed = clients_.find(session)->speed) {
-      expected = *speed;
-    } else if (const auto guess = clients_.guessed_speed(session)) {
-      expected = std::min(expected, *guess);
-    }
-    if (now - entry->slot_since >= RecentRate::kSpan) expected = std::min(expected, clients_.taking(session, now));
-    sum += expected;
-  }
-  return sum;
+  return !policy_.slots && running_ > 1 && surroundings_.uplink > 0 && is_uplink_taken(now);
 }
 
 void Scheduler::observe(SessionKey session, const SpeedSample& sample, Time now) {
-  if (clients_.observe(session, sample)) client_changed(session, now);
+  const bool has_changed = clients_.observe(session, sample);
+  if (!policy_.slots) {
+    for (const Entry* entry : entries_of(session)) load_.observed(entry->request.key, now);
+  }
+  if (has_changed) client_changed(session, now);
 }
 
 void Scheduler::acknowledged(SessionKey session, std::uint64_t payload_bytes, Time now) {
@@ -215,13 +207,13 @@ bool Scheduler::requeue(RequestKey key, std::uint64_t offset_bytes, Time now) {
 void Scheduler::turn_begins(RequestKey key, Time now) {
   Entry* entry = find_running(key);
   if (entry == nullptr) return;
-  if (entry->slot_since == entry->turn_since) entry->slot_since = now;
+  if (entry->slot_since == entry->turn_since) serve_since(*entry, now);
   entry->turn_since = now;
 }
 
 bool Scheduler::quantum_is_over(RequestKey key, Time now) const {
-  const auto it = running_.find(key);
-  return it != running_.end() && policy_.quantum && now - it->second->turn_since >= *policy_.quantum && has_rivals(now);
+  const Entry* entry = find_running(key);
+  return entry != nullptr && policy_.quantum && now - entry->turn_since >= *policy_.quantum && has_rivals(now);
 }
 
 bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now, std::size_t taken_slots) {
@@ -233,7 +225,7 @@ bool Scheduler::yield(RequestKey key, std::uint64_t offset_bytes, Time now, std:
   const bool takes = now - slot_since < RecentRate::kSpan || clients_.taking(entry->request.session, now) > 0;
   if (!takes || !has_slot(now, taken_slots) || next(now) != key) return false;
   start(*entry, now);
-  entry->slot_since = slot_since;
+  serve_since(*entry, slot_since);
   return true;
 }
 
@@ -269,6 +261,7 @@ void Scheduler::switch_to(Policy policy, Time now) {
   policy_ = std::move(policy);
   note_uplink();
   rule_ = make_rule(policy_.rule, policy_.rule_options, surroundings_);
+  load_.clear();
   ages_ = {};
   in_sight_ = 0;
   // In the order in which they came, as the rule would have heard of them.
@@ -286,6 +279,7 @@ void Scheduler::switch_to(Policy policy, Time now) {
     rule_->enqueued(entry->request, entry->client, now);
     rule_->removed(entry->request);
     rule_->started(entry->request, entry->client, now);
+    serve_since(*entry, entry->slot_since);
   }
 }
 

@@ -11,12 +11,12 @@
 #include <optional>
 #include <span>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "daemon/scheduler/clients.h"
 #include "daemon/scheduler/key_map.h"
+#include "daemon/scheduler/load.h"
 #include "daemon/scheduler/policy.h"
 #include "daemon/scheduler/request.h"
 #include "daemon/scheduler/rule.h"
@@ -40,7 +40,8 @@ class Scheduler {
   bool withdraw(RequestKey key);
 
   /// The request that goes next, which now holds a slot; none if all slots are taken or nothing waits. `taken_slots`:
-  /// slots that the caller holds for other things. [O(log n); with slots=auto O(running) too]
+  /// slots that the caller holds for other things. [O(log n); with slots=auto O(running) too, at most twenty times a
+  /// second]
   std::optional<Request> take(Time now, std::size_t taken_slots = 0);
 
   /// What is known of a client's data channel now: how fast it takes what it is sent. [O(log n)]
@@ -82,8 +83,8 @@ class Scheduler {
   /// REQUIRES: as the constructor. [O(n log n)]
   void switch_to(Policy policy, Time now);
 
-  [[nodiscard]] std::size_t waiting() const { return requests_.size() - running_.size(); }
-  [[nodiscard]] std::size_t running() const { return running_.size(); }
+  [[nodiscard]] std::size_t waiting() const { return requests_.size() - running_; }
+  [[nodiscard]] std::size_t running() const { return running_; }
   /// Whether another request could start beside `running()` and `taken_slots` others.
   [[nodiscard]] bool has_slot(Time now, std::size_t taken_slots = 0) const;
   /// Whether a slot is free once all is written, or only once all of it is acknowledged: where the uplink is to be kept
@@ -98,7 +99,7 @@ class Scheduler {
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time now) const;
   /// nullptr if it is neither waiting nor running. Valid until the next change.
   [[nodiscard]] const Request* find(RequestKey key) const;
-  [[nodiscard]] bool is_running(RequestKey key) const { return running_.contains(key); }
+  [[nodiscard]] bool is_running(RequestKey key) const { return find_running(key) != nullptr; }
   /// Whether a request waits behind another of its own client, which runs: with slots=auto no client has two slots.
   [[nodiscard]] bool is_held(RequestKey key) const;
   /// How many requests of a session wait, and how many run.
@@ -131,6 +132,8 @@ class Scheduler {
   /// Holds what waits of a session that is being served, or lets go what is held of one that is not.
   void hold_or_release(SessionKey session, Time now);
   void start(Entry& entry, Time now);
+  /// It has its slot since then, and is part of the load.
+  void serve_since(Entry& entry, Time since);
   /// A running request gives its slot back, and the rule hears how.
   void stop(Entry& entry, Outcome outcome, Time now);
   bool finish(RequestKey key, Outcome outcome, Time now);
@@ -141,8 +144,6 @@ class Scheduler {
   void forget(const Entry& entry);
   void client_changed(SessionKey session, Time now);
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
-  /// What the clients that are being served take of the uplink, or are about to.
-  [[nodiscard]] double load(Time now) const;
   /// Whether the clients together take so much of it that it is full.
   [[nodiscard]] bool is_uplink_taken(Time now) const;
   /// Whether others would go on if a running request gave its slot back.
@@ -157,7 +158,8 @@ class Scheduler {
   KeyMap<std::unique_ptr<Entry>> requests_;
   std::size_t in_sight_ = 0;  ///< of the rule: how many are in State::waiting
   SortedBlocks<Age> ages_;    ///< of those, if the policy goes by them
-  std::unordered_map<RequestKey, const Entry*> running_;
+  std::size_t running_ = 0;
+  mutable Load load_{surroundings_};  ///< with slots=auto; is brought up to date when it is asked for
   /// The requests of a session, waiting or running: a handful each, because the network bounds what a session may open.
   KeyMap<std::vector<Entry*>> by_session_;
 };

@@ -67,7 +67,7 @@ class SortedBlocks {
 
  private:
   using Block = std::vector<T>;
-  static constexpr std::size_t kMost = std::max<std::size_t>(16, 4'096 / sizeof(T));
+  static constexpr std::size_t kMost = std::max<std::size_t>(16, 2'048 / sizeof(T));
 
   /// The last block that begins with no more than the value, or the first block. REQUIRES: not empty.
   [[nodiscard]] std::size_t block_of(const T& value) const {

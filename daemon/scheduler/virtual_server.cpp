@@ -59,14 +59,14 @@ void VirtualServer::level() {
   Order& sharing = caps_[index(State::sharing)];
   while (!capped.empty() && capped.back().first > share_of_all()) {
     const JobId id = capped.back().second;
-    Job& job = jobs_.at(id);
+    Job& job = *jobs_.find(id);
     const double bytes = left(job);
     unplace(id, job);
     place(id, job, State::sharing, served_ + bytes);
   }
   while (!sharing.empty() && sharing.front().first <= share_of_all()) {
     const JobId id = sharing.front().second;
-    Job& job = jobs_.at(id);
+    Job& job = *jobs_.find(id);
     const double bytes = left(job);
     unplace(id, job);
     place(id, job, State::capped, now_ + bytes / job.cap);
@@ -81,14 +81,14 @@ void VirtualServer::set_capacity(double capacity) {
 }
 
 void VirtualServer::add(JobId id, double bytes, double cap) {
-  Job& job = jobs_[id];
+  Job& job = *jobs_.emplace(id).first;
   job.cap = cap;
   place(id, job, State::sharing, served_ + bytes);
   level();
 }
 
 void VirtualServer::set_cap(JobId id, double cap) {
-  Job& job = jobs_.at(id);
+  Job& job = *jobs_.find(id);
   if (job.state == State::finished || job.cap == cap) {
     job.cap = cap;
     return;
@@ -101,15 +101,15 @@ void VirtualServer::set_cap(JobId id, double cap) {
 }
 
 void VirtualServer::remove(JobId id) {
-  const auto it = jobs_.find(id);
-  if (it == jobs_.end()) return;
-  unplace(id, it->second);
-  jobs_.erase(it);
+  const Job* job = jobs_.find(id);
+  if (job == nullptr) return;
+  unplace(id, *job);
+  jobs_.erase(id);
   level();
 }
 
 void VirtualServer::mark(JobId id, bool marked) {
-  Job& job = jobs_.at(id);
+  Job& job = *jobs_.find(id);
   if (job.marked == marked) return;
   job.marked = marked;
   Order& order = marked_tags_[index(job.state)];
@@ -126,7 +126,7 @@ double VirtualServer::sharing_finish(double tag) const {
 
 void VirtualServer::finish_first(State state) {
   const JobId id = tags_[index(state)].front().second;
-  Job& job = jobs_.at(id);
+  Job& job = *jobs_.find(id);
   unplace(id, job);
   place(id, job, State::finished, static_cast<double>(++finished_count_));
   level();
@@ -152,7 +152,7 @@ void VirtualServer::advance(double now) {
 }
 
 VirtualServer::Finish VirtualServer::finish(JobId id) const {
-  const Job& job = jobs_.at(id);
+  const Job& job = *jobs_.find(id);
   switch (job.state) {
     case State::finished:
       return {false, job.tag, id};
@@ -176,7 +176,7 @@ std::optional<VirtualServer::JobId> VirtualServer::next_marked() const {
 }
 
 double VirtualServer::rate(JobId id) const {
-  const Job& job = jobs_.at(id);
+  const Job& job = *jobs_.find(id);
   if (job.state == State::finished) return 0;
   return job.state == State::capped ? job.cap : share_;
 }

@@ -5,9 +5,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/sorted_blocks.h"
 
 namespace pmcd::scheduler {
@@ -37,7 +37,7 @@ class VirtualServer {
   void advance(double now);
 
   [[nodiscard]] bool contains(JobId job) const { return jobs_.contains(job); }
-  [[nodiscard]] bool finished(JobId job) const { return jobs_.at(job).state == State::finished; }
+  [[nodiscard]] bool finished(JobId job) const { return jobs_.find(job)->state == State::finished; }
   [[nodiscard]] Finish finish(JobId job) const;
   /// The marked job that finishes first. [O(1)]
   [[nodiscard]] std::optional<JobId> next_marked() const;
@@ -74,7 +74,7 @@ class VirtualServer {
   double served_ = 0;  ///< bytes that a job would have got that shares since the beginning
   double capped_rate_ = 0;
   std::uint64_t finished_count_ = 0;
-  std::unordered_map<JobId, Job> jobs_;
+  KeyMap<Job> jobs_;
   Order tags_[3];         ///< by state
   Order marked_tags_[3];  ///< the same of those that are marked
   Order caps_[2];         ///< capped and sharing jobs by their caps

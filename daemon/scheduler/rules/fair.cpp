@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
 #include <tuple>
-#include <unordered_map>
+#include <utility>
+#include <vector>
 
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/sorted_blocks.h"
 #include "daemon/scheduler/words.h"
 
@@ -20,19 +22,22 @@ class Fair final : public Rule {
   [[nodiscard]] std::string_view name() const override { return "fair"; }
 
   void enqueued(const Request& request, const Client& client, Time) override {
-    Share& share = shares_[request.session];
+    const auto [held, made] = shares_.emplace(request.session);
+    if (made) *held = std::make_unique<Share>();
+    Share& share = **held;
     unplace(share);
     settle(share);
     share.weight = client.weight;
-    share.waiting.emplace(QueueOrder::of(request), &request);
+    const Waiting one{QueueOrder::of(request), &request};
+    share.waiting.insert(std::upper_bound(share.waiting.begin(), share.waiting.end(), one), one);
     place(share);
   }
 
   void removed(const Request& request) override {
-    Share& share = shares_.at(request.session);
+    Share& share = share_of(request.session);
     unplace(share);
     settle(share);
-    share.waiting.erase(QueueOrder::of(request));
+    std::erase(share.waiting, Waiting{QueueOrder::of(request), &request});
     place(share);
   }
 
@@ -45,7 +50,7 @@ class Fair final : public Rule {
     // Who goes next is exact; further back each session's requests are taken to follow each other in its own rounds.
     std::vector<std::tuple<double, QueueOrder, const Share*>> lines;
     order_.each([&](const Place& place) {
-      const Share& share = shares_.at(place.head.session);
+      const Share& share = share_of(place.head.session);
       double needed = 0;
       for (const auto& [order, request] : share.waiting) {
         needed += static_cast<double>(request->remaining_bytes());
@@ -67,16 +72,17 @@ class Fair final : public Rule {
   }
 
   void client_changed(const Client& client, std::span<const Request* const>, Time) override {
-    const auto it = shares_.find(client.session);
-    if (it == shares_.end() || it->second.weight == client.weight) return;
-    unplace(it->second);
-    settle(it->second);
-    it->second.weight = client.weight;
-    place(it->second);
+    const auto* held = shares_.find(client.session);
+    if (held == nullptr || (*held)->weight == client.weight) return;
+    Share& share = **held;
+    unplace(share);
+    settle(share);
+    share.weight = client.weight;
+    place(share);
   }
 
   void started(Request& request, const Client&, Time) override {
-    Share& share = shares_.at(request.session);
+    Share& share = share_of(request.session);
     const auto bytes = static_cast<double>(request.remaining_bytes());
     // Rounds pass until its credit is enough, unless it went before its time (it was very old): then it owes.
     double round = std::max(round_, round_of(share, bytes));
@@ -85,15 +91,14 @@ class Fair final : public Rule {
     share.credit += (round - round_) * a_round(share) - bytes;
     round_ = round;
     share.since = round_;
-    share.running.emplace(request.key, request.offset_bytes);
+    share.running.push_back(request.key);
     place(share);
   }
 
   void finished(const Request& request, const Client&, Outcome outcome, std::span<const Request* const>,
                 Time) override {
-    Share& share = shares_.at(request.session);
-    const auto turn = share.running.extract(request.key);
-    if (turn.empty()) return;
+    Share& share = share_of(request.session);
+    if (std::erase(share.running, request.key) == 0) return;
     const std::uint64_t end = outcome == Outcome::complete ? request.size_bytes : request.offset_bytes;
     unplace(share);
     settle(share);
@@ -102,10 +107,10 @@ class Fair final : public Rule {
   }
 
   void session_gone(SessionKey session, Time) override {
-    const auto it = shares_.find(session);
-    if (it == shares_.end()) return;
-    unplace(it->second);
-    shares_.erase(it);
+    const auto* held = shares_.find(session);
+    if (held == nullptr) return;
+    unplace(**held);
+    shares_.erase(session);
   }
 
  private:
@@ -114,15 +119,17 @@ class Fair final : public Rule {
     QueueOrder head;
     bool operator<(const Place& other) const { return std::tie(round, head) < std::tie(other.round, other.head); }
   };
+  using Waiting = std::pair<QueueOrder, const Request*>;
   struct Share {
     double credit = 0;  ///< bytes, at the end of round `since`
     double since = 0;
     double weight = 1;
-    std::map<QueueOrder, const Request*> waiting;
-    std::unordered_map<RequestKey, std::uint64_t> running;  ///< where each turn began
+    std::vector<Waiting> waiting;  ///< ascending, a handful
+    std::vector<RequestKey> running;
     std::optional<Place> place;
   };
 
+  [[nodiscard]] Share& share_of(SessionKey session) const { return **shares_.find(session); }
   static double a_round(const Share& share) { return kFairCredit * share.weight; }
   [[nodiscard]] static double round_of(const Share& share, double bytes) {
     return share.since + std::max(0.0, std::ceil((bytes - share.credit) / a_round(share)));
@@ -140,13 +147,13 @@ class Fair final : public Rule {
   }
   void place(Share& share) {
     if (share.waiting.empty()) return;
-    const auto& [order, request] = *share.waiting.begin();
+    const auto& [order, request] = share.waiting.front();
     share.place = Place{round_of(share, static_cast<double>(request->remaining_bytes())), order};
     order_.insert(*share.place);
   }
 
   double round_ = 0;
-  std::unordered_map<SessionKey, Share> shares_;
+  KeyMap<std::unique_ptr<Share>> shares_;
   SortedBlocks<Place> order_;
 };
 

@@ -7,10 +7,10 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <set>
-#include <unordered_map>
 #include <utility>
+#include <vector>
 
+#include "daemon/scheduler/key_map.h"
 #include "daemon/scheduler/virtual_server.h"
 #include "daemon/scheduler/words.h"
 
@@ -29,46 +29,46 @@ class Fsp final : public Rule {
 
   void enqueued(const Request& request, const Client& client, Time now) override {
     advance(now);
-    const auto [it, made] = jobs_.try_emplace({request.session, request.mesh}, Begun{next_id_, request.key});
-    auto& [job, begun_by] = it->second;
-    if (made) {
-      ++next_id_;
-      by_session_[request.session].insert(job);
-    }
+    Begun* begun = begun_of(request);
+    const bool made = begun == nullptr;
+    if (made) begun = &begin(request);
+    const JobId job = begun->job;
     // A mesh asked for anew is a new job; a base packet that comes back to the queue is not.
-    const bool anew = request.packet == 0 && begun_by != request.key;
+    const bool anew = request.packet == 0 && begun->by != request.key;
     if (anew) server_.remove(job);
     if (made || anew) {
-      begun_by = request.key;
+      begun->by = request.key;
       const auto bytes = static_cast<double>(request.remaining_bytes() + request.rest_bytes);
       server_.add(job, std::max(bytes, 1.0), cap_of(client));
     }
-    waiting_[job].insert(QueueOrder::of(request));
+    std::vector<QueueOrder>& waiting = *waiting_.emplace(job).first;
+    const QueueOrder order = QueueOrder::of(request);
+    waiting.insert(std::upper_bound(waiting.begin(), waiting.end(), order), order);
     server_.mark(job, true);
   }
 
   void removed(const Request& request) override {
-    const JobId job = jobs_.at({request.session, request.mesh}).job;
-    const auto it = waiting_.find(job);
-    it->second.erase(QueueOrder::of(request));
-    if (!it->second.empty()) return;
-    waiting_.erase(it);
+    const JobId job = begun_of(request)->job;
+    std::vector<QueueOrder>& waiting = *waiting_.find(job);
+    std::erase(waiting, QueueOrder::of(request));
+    if (!waiting.empty()) return;
+    waiting_.erase(job);
     server_.mark(job, false);
   }
 
   [[nodiscard]] std::optional<RequestKey> next() const override {
     const auto job = server_.next_marked();
     if (!job) return std::nullopt;
-    return waiting_.at(*job).begin()->key;
+    return waiting_.find(*job)->front().key;
   }
 
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time) const override {
     std::vector<VirtualServer::Finish> jobs;
-    for (const auto& [job, requests] : waiting_) jobs.push_back(server_.finish(job));
+    waiting_.each([this, &jobs](JobId job, const auto&) { jobs.push_back(server_.finish(job)); });
     std::sort(jobs.begin(), jobs.end());
     std::vector<Ranked> ranked;
     for (const auto& finish : jobs) {
-      for (const QueueOrder& order : waiting_.at(finish.job)) {
+      for (const QueueOrder& order : *waiting_.find(finish.job)) {
         if (ranked.size() == most) return ranked;
         ranked.push_back({order.key, finish.to_come ? "equal sharing would finish it in " +
                                                           seconds_text(std::max(0.0, finish.when - server_.now()))
@@ -80,19 +80,19 @@ class Fsp final : public Rule {
 
   void client_changed(const Client& client, std::span<const Request* const>, Time now) override {
     advance(now);
-    const auto jobs = by_session_.find(client.session);
-    if (jobs == by_session_.end()) return;
-    for (const JobId job : jobs->second) server_.set_cap(job, cap_of(client));
+    const Session* session = sessions_.find(client.session);
+    if (session == nullptr) return;
+    for (const JobId job : session->jobs) server_.set_cap(job, cap_of(client));
   }
 
   void finished(const Request& request, const Client&, Outcome outcome, std::span<const Request* const>,
                 Time now) override {
     advance(now);
     const bool over = outcome != Outcome::requeued && request.rest_bytes == 0;
-    const auto it = jobs_.find({request.session, request.mesh});
-    if (!over || it == jobs_.end() || waiting_.contains(it->second.job)) return;
-    const JobId job = it->second.job;
-    jobs_.erase(it);
+    const Begun* begun = begun_of(request);
+    if (!over || begun == nullptr || waiting_.contains(begun->job)) return;
+    const JobId job = begun->job;
+    std::erase_if(sessions_.find(request.session)->begun, [job](const Begun& one) { return one.job == job; });
     // What was given up, equal sharing would not serve either.
     if (outcome == Outcome::failed || server_.finished(job)) {
       forget(request.session, job);
@@ -108,24 +108,40 @@ class Fsp final : public Rule {
 
   void session_gone(SessionKey session, Time now) override {
     advance(now);
-    jobs_.erase(jobs_.lower_bound({session, 0}), jobs_.upper_bound({session, std::numeric_limits<MeshKey>::max()}));
-    const auto jobs = by_session_.find(session);
-    if (jobs == by_session_.end()) return;
+    Session* gone = sessions_.find(session);
+    if (gone == nullptr) return;
     // Who has all its bytes may well leave; equal sharing would still be serving it, and the others no faster.
-    for (auto it = jobs->second.begin(); it != jobs->second.end();) {
-      const JobId job = *it;
-      it = ended_.contains(job) ? std::next(it) : jobs->second.erase(it);
-      if (!ended_.contains(job)) server_.remove(job);
-    }
-    if (jobs->second.empty()) by_session_.erase(jobs);
+    for (const Begun& begun : gone->begun) server_.remove(begun.job);
+    gone->begun.clear();
+    std::erase_if(gone->jobs, [this](JobId job) { return !ended_.contains(job); });
+    if (gone->jobs.empty()) sessions_.erase(session);
   }
 
  private:
   using JobId = VirtualServer::JobId;
+  /// A job that has not got all its bytes.
   struct Begun {
+    MeshKey mesh = 0;
     JobId job = 0;
     RequestKey by = 0;
   };
+  struct Session {
+    std::vector<Begun> begun;
+    std::vector<JobId> jobs;  ///< of those, and of those that have ended; ascending
+  };
+
+  [[nodiscard]] Begun* begun_of(const Request& request) {
+    Session* session = sessions_.find(request.session);
+    if (session == nullptr) return nullptr;
+    const auto it = std::find_if(session->begun.begin(), session->begun.end(),
+                                 [&request](const Begun& one) { return one.mesh == request.mesh; });
+    return it == session->begun.end() ? nullptr : &*it;
+  }
+  Begun& begin(const Request& request) {
+    Session& session = *sessions_.emplace(request.session).first;
+    session.jobs.push_back(next_id_);
+    return session.begun.emplace_back(Begun{request.mesh, next_id_++, request.key});
+  }
 
   void advance(Time now) {
     double capacity = surroundings_.uplink;
@@ -144,20 +160,19 @@ class Fsp final : public Rule {
 
   void forget(SessionKey session, JobId job) {
     server_.remove(job);
-    const auto jobs = by_session_.find(session);
-    jobs->second.erase(job);
-    if (jobs->second.empty()) by_session_.erase(jobs);
+    std::vector<JobId>& jobs = sessions_.find(session)->jobs;
+    std::erase(jobs, job);
+    if (jobs.empty()) sessions_.erase(session);
   }
 
   static double cap_of(const Client& client) { return client.speed.value_or(std::numeric_limits<double>::infinity()); }
 
   const Surroundings& surroundings_;
   VirtualServer server_;
-  std::map<std::pair<SessionKey, MeshKey>, Begun> jobs_;  ///< that have not got all their bytes
-  std::unordered_map<SessionKey, std::set<JobId>> by_session_;
-  std::unordered_map<JobId, std::set<QueueOrder>> waiting_;
-  std::map<JobId, SessionKey> ended_;  ///< have all their bytes, and were not through in the virtual server
-  std::size_t kept_ = 16;              ///< of ended_, when it was cleared last
+  KeyMap<Session> sessions_;
+  KeyMap<std::vector<QueueOrder>> waiting_;  ///< of each job, ascending
+  std::map<JobId, SessionKey> ended_;        ///< have all their bytes, and were not through in the virtual server
+  std::size_t kept_ = 16;                    ///< of ended_, when it was cleared last
   JobId next_id_ = 1;
 };
 
