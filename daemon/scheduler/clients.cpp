@@ -68,14 +68,34 @@ void Clients::forget(SessionKey session) {
 
 void Clients::count(const Record& record) {
   if (!record.client.speed) return;
-  all_.insert(*record.client.speed);
-  if (record.active) active_.insert(*record.client.speed);
+  if (all_) all_->insert(*record.client.speed);
+  if (active_ && record.active) active_->insert(*record.client.speed);
 }
 
 void Clients::discount(const Record& record) {
   if (!record.client.speed) return;
-  all_.erase(*record.client.speed);
-  if (record.active) active_.erase(*record.client.speed);
+  if (all_) all_->erase(*record.client.speed);
+  if (active_ && record.active) active_->erase(*record.client.speed);
+}
+
+std::optional<double> Clients::median_speed() const {
+  if (!all_) {
+    all_.emplace();
+    records_.each([this](SessionKey, const auto& record) {
+      if (record->client.speed) all_->insert(*record->client.speed);
+    });
+  }
+  return all_->median();
+}
+
+std::optional<double> Clients::median_active_speed() const {
+  if (!active_) {
+    active_.emplace();
+    records_.each([this](SessionKey, const auto& record) {
+      if (record->active && record->client.speed) active_->insert(*record->client.speed);
+    });
+  }
+  return active_->median();
 }
 
 bool Clients::observe(SessionKey session, const SpeedSample& sample) {

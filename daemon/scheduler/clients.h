@@ -61,9 +61,10 @@ class Clients {
   [[nodiscard]] double taking(Time now) const { return rate_.rate(now); }
   [[nodiscard]] std::optional<double> guessed_speed(SessionKey session) const;
 
-  /// Median of the measured speeds: of all clients, and of those that are active.
-  [[nodiscard]] std::optional<double> median_speed() const { return all_.median(); }
-  [[nodiscard]] std::optional<double> median_active_speed() const { return active_.median(); }
+  /// Median of the measured speeds: of all clients, and of those that are active. [O(1), but O(n log n) for the first
+  /// time, because no client's event is to cost what no rule has asked for]
+  [[nodiscard]] std::optional<double> median_speed() const;
+  [[nodiscard]] std::optional<double> median_active_speed() const;
 
  private:
   struct Record {
@@ -80,9 +81,9 @@ class Clients {
   [[nodiscard]] const Record* find_record(SessionKey session) const;
 
   KeyMap<std::unique_ptr<Record>> records_;
-  RecentRate rate_;  ///< of all together
-  RunningMedian all_;
-  RunningMedian active_;
+  RecentRate rate_;                           ///< of all together
+  mutable std::optional<RunningMedian> all_;  ///< each is kept from the first time on that it is asked for
+  mutable std::optional<RunningMedian> active_;
 };
 
 }  // namespace pmcd::scheduler
