@@ -3,6 +3,8 @@
 #include "sim/world.h"
 
 #include <algorithm>
+#include <numeric>
+#include <optional>
 
 #include "sim/driver.h"
 #include "sim/events.h"
@@ -20,24 +22,29 @@ class World {
       : scenario_(scenario),
         uplink_(goodput(scenario.uplink_kbit)),
         driver_(scenario, policy, uplink_, events_),
-        clients_(scenario.clients.size()) {
+        clients_(scenario.clients.size()),
+        arrivals_(scenario.clients.size()) {
     std::size_t fetches = 0;
     for (std::uint32_t i = 0; i < clients_.size(); ++i) {
       clients_[i].first_fetch = fetches;
       fetches += scenario.clients[i].meshes.size();
-      events_.add(scenario.clients[i].arrives, What::connects, i);
     }
     fetches_.resize(fetches);
+    std::iota(arrivals_.begin(), arrivals_.end(), 0U);
+    std::stable_sort(arrivals_.begin(), arrivals_.end(), [&scenario](std::uint32_t a, std::uint32_t b) {
+      return scenario.clients[a].arrives < scenario.clients[b].arrives;
+    });
   }
 
   Outcome run() {
     while (true) {
       const auto reached = uplink_.next();
-      if (reached && (events_.empty() || reached->at <= events_.next_at())) {
+      const auto foreseen = next_event_at();
+      if (reached && (!foreseen || reached->at <= *foreseen)) {
         now_ = std::max(now_, reached->at);
         driver_.progress(uplink_.take_next(), now_);
-      } else if (!events_.empty()) {
-        const Event event = events_.take();
+      } else if (foreseen) {
+        const Event event = take_event();
         now_ = std::max(now_, event.at);
         uplink_.advance(now_);
         happen(event);
@@ -57,6 +64,22 @@ class World {
     std::uint32_t received = 0;  ///< of them
     double decoder_free = 0;
   };
+
+  [[nodiscard]] std::optional<double> next_arrival_at() const {
+    if (arrived_ == arrivals_.size()) return std::nullopt;
+    return scenario_.clients[arrivals_[arrived_]].arrives;
+  }
+  [[nodiscard]] std::optional<double> next_event_at() const {
+    const auto arrival = next_arrival_at();
+    if (events_.empty()) return arrival;
+    return arrival ? std::min(*arrival, events_.next_at()) : events_.next_at();
+  }
+  /// Who connects goes before what else happens at that moment. REQUIRES: something is foreseen.
+  Event take_event() {
+    const auto arrival = next_arrival_at();
+    if (!arrival || (!events_.empty() && events_.next_at() < *arrival)) return events_.take();
+    return {*arrival, 0, What::connects, arrivals_[arrived_++], 0};
+  }
 
   void happen(const Event& event) {
     const std::uint32_t client = event.client;
@@ -183,7 +206,7 @@ class World {
     outcome.seconds = totals.last_at - (scenario_.clients.empty() ? 0 : scenario_.clients.front().arrives);
     outcome.payload_bytes = totals.payload_bytes;
     outcome.chunks = totals.chunks;
-    outcome.events = events_.count();
+    outcome.events = events_.count() + clients_.size();
     outcome.dropped = totals.dropped;
     return outcome;
   }
@@ -193,6 +216,8 @@ class World {
   Uplink uplink_;
   Driver driver_;
   std::vector<Client> clients_;
+  std::vector<std::uint32_t> arrivals_;  ///< clients in the order in which they connect; apart, so that events are few
+  std::size_t arrived_ = 0;              ///< of them
   std::vector<Fetch> fetches_;
   double now_ = 0;
 };
