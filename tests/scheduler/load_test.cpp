@@ -52,12 +52,12 @@ TEST(Load, IsWhatItWouldBeReckonedAnew) {
       switch (random() % 8) {
         case 0:
           turns[n] = {session, now};
-          load.turn_begins(n, session, now);
+          load.served_since(n, session, now);
           break;
         case 1:
           if (turns.empty()) break;
-          turns.begin()->second.since = now;
-          load.turn_begins(turns.begin()->first, turns.begin()->second.session, now);
+          turns.begin()->second.since = std::max(Time{0}, now - milliseconds(random() % 800));
+          load.served_since(turns.begin()->first, turns.begin()->second.session, turns.begin()->second.since);
           break;
         case 2:
           if (turns.empty()) break;
@@ -81,15 +81,15 @@ TEST(Load, IsWhatItWouldBeReckonedAnew) {
   }));
 }
 
-TEST(Load, AnOldTurnCountsForWhatIsTaken) {
+TEST(Load, WhoIsServedForLongCountsForWhatItTakes) {
   Clients clients;
   const Surroundings surroundings{clients, 50'000};
   Load load(surroundings);
   clients.of(1);
-  load.turn_begins(7, 1, milliseconds(1'010));
+  load.served_since(7, 1, milliseconds(1'010));
   EXPECT_EQ(load.sum(milliseconds(1'509)), 50'000) << "nothing is known of it: it may take everything";
   EXPECT_EQ(load.sum(milliseconds(1'510)), 0) << "and has taken nothing";
-  load.turn_begins(7, 1, milliseconds(1'511));
+  load.served_since(7, 1, milliseconds(1'511));
   EXPECT_EQ(load.sum(milliseconds(1'512)), 50'000);
   load.ends(7);
   EXPECT_EQ(load.sum(milliseconds(1'513)), 0);
