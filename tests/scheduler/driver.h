@@ -27,6 +27,11 @@ inline Policy policy_of(std::string rule, RuleOptions options = {}, std::optiona
   return policy;
 }
 
+/// Whether the queue took a request that is asked at this moment.
+inline bool enqueue(Scheduler& scheduler, const Request& request) {
+  return scheduler.enqueue(request, request.asked_at);
+}
+
 class Driver {
  public:
   explicit Driver(Policy policy) : scheduler(std::move(policy)) {}

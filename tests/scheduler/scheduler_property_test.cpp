@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/scheduler/scheduler.h"
+#include "tests/scheduler/driver.h"
 
 namespace pmcd::scheduler {
 namespace {
@@ -28,17 +29,6 @@ struct Model {
   }
 };
 
-Policy policy(std::string rule, std::size_t slots) {
-  Policy policy;
-  policy.rule = std::move(rule);
-  policy.slots = slots;
-  return policy;
-}
-
-bool enqueue(Scheduler& scheduler, const Request& request) {
-  return scheduler.enqueue(request, request.asked_at);
-}
-
 RequestKey pick(const std::map<RequestKey, Request>& from, unsigned where) {
   auto it = from.begin();
   std::advance(it, static_cast<long>(where % from.size()));
@@ -52,7 +42,7 @@ void drop_session(std::map<RequestKey, Request>& from, SessionKey session) {
 TEST(SchedulerProperty, NoneLostNoneTwiceSlotsNeverExceeded) {
   const bool holds = rc::check("random life of the queue", [] {
     const auto slots = static_cast<std::size_t>(*rc::gen::inRange(1, 5));
-    Scheduler scheduler(policy("fifo", slots));
+    Scheduler scheduler(policy_of("fifo", {}, slots));
     Model model;
     std::map<RequestKey, SessionKey> all;
     std::size_t gone = 0;
@@ -135,7 +125,7 @@ TEST(SchedulerProperty, NoneLostNoneTwiceSlotsNeverExceeded) {
 
 /// A hundred thousand waiting requests are served in an order of magnitude under what a linear scan would take.
 TEST(SchedulerProperty, ChoiceDoesNotGrowWithTheQueue) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   constexpr RequestKey kRequests = 100'000;
   const auto start = std::chrono::steady_clock::now();
   for (RequestKey key = 1; key <= kRequests; ++key) {

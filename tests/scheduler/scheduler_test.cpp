@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/scheduler/registry.h"
+#include "tests/scheduler/driver.h"
 
 namespace pmcd::scheduler {
 namespace {
@@ -21,17 +22,6 @@ Request request(RequestKey key, SessionKey session, Time asked_at, std::uint64_t
   r.packet = 3;
   r.size_bytes = size_bytes;
   return r;
-}
-
-Policy policy(std::string rule, std::size_t slots) {
-  Policy policy;
-  policy.rule = std::move(rule);
-  policy.slots = slots;
-  return policy;
-}
-
-bool enqueue(Scheduler& scheduler, const Request& request) {
-  return scheduler.enqueue(request, request.asked_at);
 }
 
 std::vector<RequestKey> serve_all(Scheduler& scheduler) {
@@ -58,7 +48,7 @@ TEST(Registry, KnowsAllRulesByName) {
 }
 
 TEST(Fifo, OldestFirst) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(1, 5, Time{30})));
   ASSERT_TRUE(enqueue(scheduler, request(2, 9, Time{10})));
   ASSERT_TRUE(enqueue(scheduler, request(3, 1, Time{20})));
@@ -66,7 +56,7 @@ TEST(Fifo, OldestFirst) {
 }
 
 TEST(Fifo, TiesBySessionThenKey) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(4, 2, Time{10})));
   ASSERT_TRUE(enqueue(scheduler, request(3, 2, Time{10})));
   ASSERT_TRUE(enqueue(scheduler, request(9, 1, Time{10})));
@@ -74,7 +64,7 @@ TEST(Fifo, TiesBySessionThenKey) {
 }
 
 TEST(Scheduler, TakenRequestCarriesItsValuesAndTimes) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(1, 5, Time{30}, 4096)));
   const auto taken = scheduler.take(Time{99});
   ASSERT_TRUE(taken);
@@ -88,7 +78,7 @@ TEST(Scheduler, TakenRequestCarriesItsValuesAndTimes) {
 }
 
 TEST(Scheduler, NoMoreThanItsSlots) {
-  Scheduler scheduler(policy("fifo", 2));
+  Scheduler scheduler(policy_of("fifo", {}, 2));
   for (RequestKey key = 1; key <= 3; ++key) ASSERT_TRUE(enqueue(scheduler, request(key, key, Time{1})));
   EXPECT_TRUE(scheduler.take(Time{2}));
   EXPECT_TRUE(scheduler.take(Time{2}));
@@ -102,7 +92,7 @@ TEST(Scheduler, NoMoreThanItsSlots) {
 }
 
 TEST(Scheduler, KeyIsTakenOnce) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   EXPECT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
   EXPECT_FALSE(enqueue(scheduler, request(1, 2, Time{2})));
   ASSERT_TRUE(scheduler.take(Time{3}));
@@ -111,7 +101,7 @@ TEST(Scheduler, KeyIsTakenOnce) {
 }
 
 TEST(Scheduler, WithdrawTouchesOnlyWaitingRequests) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
   ASSERT_TRUE(enqueue(scheduler, request(2, 1, Time{2})));
   ASSERT_TRUE(scheduler.take(Time{3}));
@@ -123,7 +113,7 @@ TEST(Scheduler, WithdrawTouchesOnlyWaitingRequests) {
 }
 
 TEST(Scheduler, OnlyRunningRequestsFinish) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
   EXPECT_FALSE(scheduler.complete(1, Time{2}));
   EXPECT_FALSE(scheduler.requeue(1, 0, Time{2}));
@@ -134,7 +124,7 @@ TEST(Scheduler, OnlyRunningRequestsFinish) {
 }
 
 TEST(Scheduler, RequeuedGoesToTheEndWithWhatRemains) {
-  Scheduler scheduler(policy("fifo", 1));
+  Scheduler scheduler(policy_of("fifo", {}, 1));
   ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1}, 100)));
   ASSERT_TRUE(enqueue(scheduler, request(2, 2, Time{2})));
   ASSERT_EQ(scheduler.take(Time{3})->key, 1U);
@@ -153,7 +143,7 @@ TEST(Scheduler, RequeuedGoesToTheEndWithWhatRemains) {
 }
 
 TEST(Scheduler, SessionTakesItsRequestsAlongAndFreesItsSlots) {
-  Scheduler scheduler(policy("fifo", 2));
+  Scheduler scheduler(policy_of("fifo", {}, 2));
   ASSERT_TRUE(enqueue(scheduler, request(1, 1, Time{1})));
   ASSERT_TRUE(enqueue(scheduler, request(2, 2, Time{2})));
   ASSERT_TRUE(enqueue(scheduler, request(3, 1, Time{3})));
