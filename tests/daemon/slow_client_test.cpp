@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 /// What a loaded machine may add to a time.
 constexpr milliseconds kSlack{2'500};
 
-void ingest(const ServerInThread& server, const std::string& name, const FakeMesh& mesh) {
+void provide(const ServerInThread& server, const std::string& name, const FakeMesh& mesh) {
   ASSERT_EQ(RawAdmin::open(server.admin_socket()).ingest(name, mesh), "ok");
 }
 
@@ -79,8 +79,8 @@ TEST(SlowClient, ThatStopsReadingLosesItsSlotAndLeavesNothingBehind) {
   const LogLines log;
   ServerInThread server(limits, 1);
   const FakeMesh small = fake_mesh(2, {100});
-  ingest(server, "big", fake_mesh(1, {8'000'000}));
-  ingest(server, "small", small);
+  provide(server, "big", fake_mesh(1, {8'000'000}));
+  provide(server, "small", small);
   auto stalled = RawSession::open(server.request_port(), 4096);
   stalled.open_mesh(1, "big");
   ASSERT_TRUE(stalled.data.stirs(kPatience));
@@ -141,7 +141,7 @@ TEST(SlowClient, WhoseSessionEndsLeavesLittleBehind) {
   net::Limits limits;
   limits.linger = milliseconds(200);
   ServerInThread server(limits, 1);
-  ingest(server, "big", fake_mesh(1, {8'000'000}));
+  provide(server, "big", fake_mesh(1, {8'000'000}));
   auto lost = RawSession::open(server.request_port(), 4096);
   lost.open_mesh(1, "big");
   const std::uint16_t port = port_of(lost.data.fd());
@@ -159,8 +159,8 @@ TEST(SlowClient, AByteATimeIsTooLittleAndTheOthersAreUnharmed) {
   limits.linger = milliseconds(200);
   ServerInThread server(limits, 2);
   const FakeMesh small = fake_mesh(4, {100, 20'000, 300'000});
-  ingest(server, "big", fake_mesh(3, {8'000'000}));
-  ingest(server, "small", small);
+  provide(server, "big", fake_mesh(3, {8'000'000}));
+  provide(server, "small", small);
   auto slow = RawSession::open(server.request_port(), 4096);
   slow.open_mesh(1, "big");
   std::atomic<bool> over = false;
@@ -190,8 +190,8 @@ TEST(SlowClient, BelowTheLeastRateIsDroppedAndAtTwiceTheRateIsNot) {
   limits.min_rate = 0;
   ServerInThread lenient(limits, 1);
   const FakeMesh big = fake_mesh(5, {8'000'000});
-  ingest(server, "big", big);
-  ingest(lenient, "big", big);
+  provide(server, "big", big);
+  provide(lenient, "big", big);
   auto below = RawSession::open(server.request_port(), 8'192);
   auto above = RawSession::open(server.request_port(), 8'192);
   auto tolerated = RawSession::open(lenient.request_port(), 8'192);
@@ -230,7 +230,7 @@ void send_slowly(const RawConnection& connection, proto::ByteView bytes, millise
 TEST(SlowClient, FramesMayComeAByteAtATime) {
   ServerInThread server;
   const FakeMesh mesh = fake_mesh(6, {100, 200});
-  ingest(server, "m", mesh);
+  provide(server, "m", mesh);
   constexpr milliseconds kPause{1};
   RawSession session;
   session.requests = RawConnection::tcp(server.request_port());
