@@ -127,9 +127,13 @@ TEST(GainRule, GoodEnoughMeshesAreReckonedWithTheUplink) {
   d.measure(3, 400'000);
   const Levels levels{{9, 4, 0.5}, {10, 8, 0.026}, {10, 16, 0.025}, {10, 32, 1e-5}};
   const auto slow = d.ask(1, 10, 40'000, 1, 3, profile(levels));
+  d.measure(5, 39'000);
+  d.measure(6, 41'000);
+  const auto held_down = d.ask(6, 10, 320'000, 4, 3, profile(levels));  // as long as it would have the uplink alone
+  const auto slower = d.ask(5, 10, 130'000, 5, 3, profile(levels));     // as long as 333 kB would on the uplink
   const auto unknown = d.ask(4, 10, 300'000, 2, 3, profile(levels));
   const auto faster = d.ask(3, 10, 310'000, 3, 3, profile(levels));
-  EXPECT_EQ(d.serve_all(), (Keys{unknown, faster, slow}));
+  EXPECT_EQ(d.serve_all(), (Keys{unknown, faster, held_down, slower, slow}));
 }
 
 TEST(GainRule, ASlowClientCountsForItsShareOfTheUplink) {

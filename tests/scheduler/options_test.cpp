@@ -180,12 +180,18 @@ TEST(Aging, TheOldestOfTheAgedKeepsItsSlotToItsEnd) {
   ASSERT_TRUE(d.scheduler.quantum_is_over(later, d.now));
   EXPECT_FALSE(d.scheduler.yield(later, 10, d.now)) << "both are aged, and the other was asked for before it";
   ASSERT_EQ(d.take(), old);
+  d.scheduler.observe(1, {d.now, 0, true, 0, Time{0}}, d.now);
   for (std::uint64_t offset = 20; offset < 100; offset += 10) {
-    d.now += seconds(10);
+    d.now += milliseconds(400);
+    d.scheduler.observe(1, {d.now, offset, true, 0, Time{0}}, d.now);
+    d.now += milliseconds(100);
     ASSERT_TRUE(d.scheduler.quantum_is_over(old, d.now));
     EXPECT_TRUE(d.scheduler.yield(old, offset, d.now)) << "its turn ends and begins anew";
   }
   EXPECT_EQ(d.take(), 0U) << "the other has no turn in all that time";
+  d.now += seconds(1);
+  EXPECT_FALSE(d.scheduler.yield(old, 100, d.now)) << "its client takes nothing any more";
+  EXPECT_EQ(d.take(), old) << "unless it is parked";
   d.scheduler.complete(old, d.now);
   EXPECT_EQ(d.take(), later);
 }
