@@ -54,7 +54,7 @@ class Rule:
 class Cells:
     """The programs, meshes and figures that all cells have in common. `scratch` is removed by whoever made it."""
 
-    def __init__(self, programs, scratch, scale, *, quantum_ms=500, aging=None, congestion=None, seed=1):
+    def __init__(self, programs, scratch, scale, *, quantum_ms=250, aging=None, congestion=None, seed=1):
         self.programs = programs
         self.scratch = scratch
         self.uplink_kbit = network.UPLINK_KBIT * scale
@@ -88,7 +88,7 @@ class Cells:
         options = ["--rule", rule.name]
         for option in rule.options:
             options += ["--rule-option", option]
-        return options + (["--slots", "1"] if mode == "paper" else self.ours)
+        return options + (["--slots", "1", "--quantum", "0"] if mode == "paper" else self.ours)
 
     def refusal(self, rule, mode):
         """What the daemon has against the rule in this mode, or None."""

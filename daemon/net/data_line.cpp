@@ -17,11 +17,17 @@ constexpr Duration kBetweenInfos = milliseconds(5);
 /// A bound that is off by less is not told anew.
 constexpr std::size_t kWorthTelling = 4;
 constexpr double kMostBytes = 1e9;
+constexpr scheduler::Time kAhead = milliseconds(250);
 
 }  // namespace
 
 scheduler::Time scheduler_time(Clock::time_point time) {
   return std::chrono::duration_cast<scheduler::Time>(time.time_since_epoch());
+}
+
+std::size_t enough_under_way(double rate, scheduler::Time round_trip, std::size_t first_chunk_bytes) {
+  const double seconds = std::chrono::duration<double>(round_trip + kAhead).count();
+  return std::max(2 * first_chunk_bytes, static_cast<std::size_t>(std::min(rate * seconds, kMostBytes)));
 }
 
 void DataLine::taken_back(std::size_t payload_bytes) {
@@ -58,6 +64,11 @@ DataLine::News DataLine::look(Clock::time_point now) {
 
 bool DataLine::sent() {
   return channel_.unwritten() == 0 && (!channel_.is_open() || unsent_bytes(channel_.native_handle()) == 0);
+}
+
+bool DataLine::has_enough(std::optional<double> guess) {
+  return channel_.queued_position() - channel_.acknowledged_position() >=
+         enough_under_way(guess.value_or(0), round_trip_, limits_.first_chunk_bytes);
 }
 
 std::size_t DataLine::chunk_bytes(std::optional<double> speed) {

@@ -16,6 +16,11 @@
 
 namespace pmcd::net {
 
+/// So many bytes are enough under way to a client that takes `rate` bytes a second, as is guessed: what it takes in a
+/// round trip and a quarter of a second, so that the guess can grow; two first chunks at least. Else a modem is sent,
+/// at the speed of the uplink, what lies in front of its line for seconds.
+std::size_t enough_under_way(double rate, scheduler::Time round_trip, std::size_t first_chunk_bytes);
+
 /// The scheduler's time at a moment of the daemon's clock.
 scheduler::Time scheduler_time(Clock::time_point time);
 inline scheduler::Time scheduler_now() {
@@ -47,6 +52,11 @@ class DataLine {
   /// what the kernel holds unsent accordingly.
   std::size_t chunk_bytes(std::optional<double> speed);
 
+  /// Whether so much is under way to a client that was not measured, and is guessed to take `guess` bytes a second,
+  /// that no more is to be sent where others want the uplink, too. [one system call]
+  [[nodiscard]] bool has_enough(std::optional<double> guess);
+
+  bool held_back = false;  ///< a transfer has more to send, and waits for acknowledgements
   Pace pace;
   Clock::time_point look_at;  ///< when to look next
   Duration pause{0};

@@ -219,7 +219,8 @@ void Dispatcher::feed(Key key) {
   const std::uint64_t total = transfer.bytes->size();
   const scheduler::Client* client = scheduler_.clients().find(transfer.session->key());
   const std::size_t chunk = turn.line.chunk_bytes(client == nullptr ? std::nullopt : client->speed);
-  while (running.next < total && data.has_room() && data.unwritten() < chunk) {
+  while (running.next < total && data.has_room() && data.unwritten() < chunk &&
+         !is_held_back(transfer.session->key(), turn)) {
     if (running.begun && !may_go_on(key)) return;
     const std::size_t size = std::min<std::size_t>(chunk, total - running.next);
     const auto head = proto::encode_chunk_header({transfer.id, transfer.handle, transfer.packet, running.next, total},
@@ -232,8 +233,16 @@ void Dispatcher::feed(Key key) {
     running.begun = true;
     if (begins) look(transfer.session->key(), turn, Clock::now());
   }
-  look_by(transfer.session->key(), turn, Clock::now() + kLongestPoll);
+  look_by(transfer.session->key(), turn, Clock::now() + (turn.line.held_back ? kFirstPoll : kLongestPoll));
   if (running.next == total) end_sending(key);
+}
+
+bool Dispatcher::is_held_back(scheduler::SessionKey session, Turn& turn) {
+  const scheduler::Client* client = scheduler_.clients().find(session);
+  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  turn.line.held_back = shares && client != nullptr && !client->speed &&
+                        turn.line.has_enough(scheduler_.clients().guessed_speed(session));
+  return turn.line.held_back;
 }
 
 bool Dispatcher::may_go_on(Key key) {

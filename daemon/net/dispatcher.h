@@ -108,6 +108,8 @@ class Dispatcher {
   template <typename Step>
   void guarded(Key key, Step step);
   void feed(Key key);
+  /// Where several share the uplink: whether enough is under way to a client of whom little is known.
+  bool is_held_back(scheduler::SessionKey session, Turn& turn);
   /// At a chunk boundary: whether the transfer may go on. If not, it waits again, or will once its channel is empty.
   bool may_go_on(Key key);
   /// An interrupted transfer keeps its packet if no cache takes it, so that the next turn need not read it again: as

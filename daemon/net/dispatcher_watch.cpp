@@ -55,6 +55,8 @@ void Dispatcher::settle(scheduler::SessionKey session) {
     release(key);
   }
   if (turn->second.running.empty() && !turn->second.line.owes()) watched_.erase(session);
+  // What acknowledgements have made room for: no write of the channel tells of it.
+  if (turn->second.line.held_back) progress(session);
 }
 
 void Dispatcher::look_by(scheduler::SessionKey session, Turn& turn, Clock::time_point when) {

@@ -14,7 +14,8 @@ double Load::expected(const Served& served, Time now) const {
   const Client* client = clients.find(served.session);
   double expected = surroundings_.uplink;
   if (client != nullptr && client->speed) {
-    expected = *client->speed;
+    // Held down by others perhaps, who are not there now.
+    if (*client->speed < kMayFill * expected || *client->speed > expected) expected = *client->speed;
   } else if (const auto guess = clients.guessed_speed(served.session)) {
     expected = std::min(expected, *guess);
   }
@@ -23,6 +24,8 @@ double Load::expected(const Served& served, Time now) const {
 }
 
 void Load::count(Served& served, Time now) {
+  // It may be the old one again when the sum is asked for.
+  if (surroundings_.uplink != counted_uplink_) counted_part_ = -1;
   sum_ -= served.counted;
   served.counted = expected(served, now);
   sum_ += served.counted;
@@ -30,12 +33,12 @@ void Load::count(Served& served, Time now) {
 
 void Load::count_all(Time now) {
   sum_ = 0;
+  counted_uplink_ = surroundings_.uplink;
   served_.each([this, now](RequestKey, Served& served) {
     served.counted = 0;
     count(served, now);
   });
   counted_part_ = now / RecentRate::kPart;
-  counted_uplink_ = surroundings_.uplink;
 }
 
 void Load::served_since(RequestKey key, SessionKey session, Time since) {

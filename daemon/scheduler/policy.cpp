@@ -20,9 +20,9 @@ constexpr std::int64_t kMaxUplinkKbit = 100'000'000;
 constexpr std::array kCommon = {
     CommonOption{"aging", "seconds, 0 to 86400", "0",
                  "a request that is older goes before all that are not, the oldest first; 0: never"},
-    CommonOption{"quantum", "milliseconds, 0 to 600000", "0",
+    CommonOption{"quantum", "milliseconds, 0 to 600000", "250",
                  "a transfer that has had its turn for so long is interrupted when another is to go; 0: never"},
-    CommonOption{"slots", "1 to 1024, or auto", "1", "transfers at the same time; auto: as many as fill the uplink"},
+    CommonOption{"slots", "1 to 1024, or auto", "auto", "transfers at the same time; auto: as many as fill the uplink"},
     CommonOption{"uplink", "kbit/s, 0 to 100000000", "0", "what the uplink carries; 0: measured"},
 };
 
@@ -125,14 +125,25 @@ std::optional<PolicyError> check(const PolicyLayer& layer) {
   return std::nullopt;
 }
 
+Policy default_policy() {
+  Policy policy;
+  policy.rule = "gain";
+  policy.rule_options = {{"until", "5"}};
+  policy.quantum = milliseconds(250);
+  policy.slots = std::nullopt;
+  return policy;
+}
+
 Resolved resolve(std::span<const PolicyLayer> layers) {
   Resolved resolved;
+  resolved.policy = default_policy();
   for (const CommonOption& option : kCommon) resolved.from.emplace(option.name, std::nullopt);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const PolicyLayer& layer = layers[i];
     const bool names_rule = layer.rule && !resolved.rule_from;
     if (names_rule) {
       resolved.policy.rule = *layer.rule;
+      resolved.policy.rule_options.clear();
       resolved.rule_from = i;
     }
     for (const auto& [name, value] : layer.options) {

@@ -21,6 +21,7 @@ namespace pmcd::scheduler {
 
 inline constexpr std::size_t kMaxSlots = 1'024;
 
+/// Plain first in, first out, one transfer at a time; the daemon's default is default_policy().
 struct Policy {
   std::string rule = "fifo";
   RuleOptions rule_options;              ///< of that rule
@@ -30,6 +31,9 @@ struct Policy {
   double uplink = 0;                     ///< bytes a second; 0: measured
   bool operator==(const Policy&) const = default;
 };
+
+/// What counts where nothing else is said: the best of those that bench/rules/run compared.
+Policy default_policy();
 
 /// Names and values as an operator writes them. `rule` and the rule's own options belong together.
 struct PolicyLayer {

@@ -29,6 +29,9 @@ enum class Outcome : std::uint8_t {
 /// reckoned with it can be compared with those reckoned later.
 inline constexpr double kUnknownUplink = 100'000;
 
+/// Who takes so much of the uplink may be no slower than it: two that share it show half of it each.
+inline constexpr double kMayFill = 0.4;
+
 /// What a rule may look at beside the request and its client, at an event. REQUIRES: outlives the rule.
 struct Surroundings {
   const Clients& clients;

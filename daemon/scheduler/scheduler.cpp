@@ -140,17 +140,24 @@ bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
   if (taken == 0) return true;
   if (taken >= kMaxSlots) return false;
   if (surroundings_.uplink <= 0) return taken < kSlotsBeforeMeasured;
-  return load_.sum(now) < (policy_.uplink > 0 ? kFull : kTry) * surroundings_.uplink && !is_uplink_taken(now);
+  double full = (policy_.uplink > 0 ? kFull : kTry) * surroundings_.uplink;
+  if (is_uplink_taken(now)) {
+    // What was taken of late may have been another's, who is through: one that is alone now may be slow.
+    if (taken > 1) return false;
+    full = kMayFill * surroundings_.uplink;
+  }
+  return load_.sum(now) < full;
 }
 
 bool Scheduler::is_uplink_taken(Time now) const {
-  return clients_.taking(now) >= (policy_.uplink > 0 ? kTaken : kTry) * surroundings_.uplink;
+  return !policy_.slots && surroundings_.uplink > 0 &&
+         clients_.taking(now) >= (policy_.uplink > 0 ? kTaken : kTry) * surroundings_.uplink;
 }
 
 bool Scheduler::has_rivals(Time now) const {
   if (in_sight_ > 0) return true;
   // Where the uplink is full with several at a time, each of them may fill it alone: then the rule is to say who.
-  return !policy_.slots && running_ > 1 && surroundings_.uplink > 0 && is_uplink_taken(now);
+  return running_ > 1 && is_uplink_taken(now);
 }
 
 void Scheduler::observe(SessionKey session, const SpeedSample& sample, Time now) {

@@ -144,7 +144,7 @@ class Scheduler {
   void forget(const Entry& entry);
   void client_changed(SessionKey session, Time now);
   [[nodiscard]] std::vector<const Request*> waiting_of(SessionKey session) const;
-  /// Whether the clients together take so much of it that it is full.
+  /// With slots=auto: whether the clients together take so much of the uplink that it is full.
   [[nodiscard]] bool is_uplink_taken(Time now) const;
   /// Whether others would go on if a running request gave its slot back.
   [[nodiscard]] bool has_rivals(Time now) const;

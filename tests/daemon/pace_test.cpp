@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The judgement over a client's pace, on a clock of our own, and the counting of addresses.
+// The judgement over a client's pace, on a clock of our own, how much is sent to one ahead, and the counting of
+// addresses.
 #include "daemon/net/pace.h"
 
 #include <gtest/gtest.h>
 
 #include "daemon/net/address_table.h"
+#include "daemon/net/data_line.h"
 #include "daemon/net/log_budget.h"
 
 namespace pmcd::net {
@@ -129,6 +131,15 @@ TEST(AddressTable, CountsByAddressAndByNetwork) {
   EXPECT_EQ(table.addresses(), 4U);
   table.leave(key("192.0.2.2"));
   EXPECT_EQ(table.addresses(), 3U) << "who has left takes no memory";
+}
+
+/// A modem is sent no more than its line takes in less than half a second; who answers fast may take all there is.
+TEST(UnderWay, IsWhatIsTakenInARoundTripAndAQuarterOfASecond) {
+  const std::size_t first = 4'096;
+  EXPECT_EQ(enough_under_way(0, 0ms, first), 8'192U) << "nothing is known of it";
+  EXPECT_EQ(enough_under_way(33'600, 150ms, first), 13'440U);
+  EXPECT_EQ(enough_under_way(100'000, 30ms, first), 28'000U) << "nine times what a round trip takes";
+  EXPECT_EQ(enough_under_way(1e300, 30ms, first), 1'000'000'000U);
 }
 
 }  // namespace

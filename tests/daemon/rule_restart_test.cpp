@@ -39,7 +39,7 @@ TEST(RuleRestart, ALiveChangeSurvivesKillAndGoesBeforeTheFile) {
   {
     DaemonProcess daemon(folder.path(), {"--config", file});
     const json first = rule_of(daemon);
-    EXPECT_EQ(first["text"], "srpt aging=0 quantum=700 scope=packet slots=1 uplink=5000");
+    EXPECT_EQ(first["text"], "srpt aging=0 quantum=700 scope=packet slots=auto uplink=5000");
     EXPECT_EQ(first["sources"]["rule"], "config file");
     EXPECT_EQ(first["sources"]["slots"], "default");
     EXPECT_EQ(first["version"], 0);
@@ -124,7 +124,7 @@ TEST(RuleRestart, ADamagedChangeIsLeftOutAndTheOneBeforeItCounts) {
       std::string::npos)
       << daemon.log();
   const json rule = rule_of(daemon);
-  EXPECT_EQ(rule["text"], "fair aging=0 quantum=0 slots=5 uplink=0");
+  EXPECT_EQ(rule["text"], "fair aging=0 quantum=250 slots=5 uplink=0");
   EXPECT_EQ(rule["version"], 2) << "with which a guarded change can name it";
   const json history = ask(daemon, proto::encode(proto::AdminHistory{4, 0}));
   ASSERT_EQ(history["changes"].size(), 1U);

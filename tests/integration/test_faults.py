@@ -146,7 +146,8 @@ class DeadLine(house.HouseTest):
         big = hollow.write(self.folder / "big.pmcd", [8 * _MIB], generation=1)
         small = hollow.write(self.folder / "small.pmcd", [100], generation=2)
         self.enterContext(_inside(self.ours))
-        daemon = self.start_daemon("--listen", "0.0.0.0", "--stall-timeout", str(_STALL_S))
+        daemon = self.start_daemon("--listen", "0.0.0.0", "--stall-timeout", str(_STALL_S),
+                                   "--slots", "1", "--quantum", "0")
         self.ingest(daemon, big, "--name", "big")
         self.ingest(daemon, small, "--name", "small")
         with _inside(self.theirs):

@@ -38,8 +38,8 @@ _ROOMS = [
     Room("proto", own=("proto/",)),
     # Rules know requests and clients, but neither the queue nor the policy that chose them.
     Room("daemon/scheduler/rules", own=("daemon/scheduler/rules/", *("daemon/scheduler/" + name for name in (
-        "rule.h", "keyed_rule.h", "request.h", "clients.h", "mesh_profile.h", "sorted_blocks.h", "virtual_server.h",
-        "words.h")))),
+        "rule.h", "keyed_rule.h", "request.h", "clients.h", "mesh_profile.h", "key_map.h", "sorted_blocks.h",
+        "virtual_server.h", "words.h")))),
     Room("daemon/scheduler", own=("daemon/scheduler/",)),
     Room("daemon/store", own=("daemon/store/", "proto/", "codec/packet/", "codec/result.h"), foreign=("",)),
     Room("daemon/net", own=("daemon/", "proto/", "codec/packet/", "codec/result.h"),

@@ -25,7 +25,7 @@ double load_anew(const std::map<RequestKey, Turn>& turns, const Surroundings& su
   for (const auto& [key, turn] : turns) {
     double part = surroundings.uplink;
     if (const auto speed = surroundings.clients.find(turn.session)->speed) {
-      part = *speed;
+      if (*speed < 0.4 * part || *speed > part) part = *speed;
     } else if (const auto guess = surroundings.clients.guessed_speed(turn.session)) {
       part = std::min(part, *guess);
     }

@@ -281,16 +281,54 @@ TEST(Slots, AutoIsFullWhenThreeQuartersOfTheUplinkAreTaken) {
     Policy policy = policy_of("fifo", {}, std::nullopt);
     policy.uplink = 100'000;
     Driver d(policy);
-    d.measure(1, 30'000);
+    for (const SessionKey slow : {1, 2, 3}) d.measure(slow, 20'000);
     const auto first = d.ask(1, 1'000'000);
     const auto second = d.ask(2, 1'000'000);
+    const auto third = d.ask(4, 1'000'000);
     ASSERT_EQ(d.take(), first);
+    ASSERT_EQ(d.take(), second);
     d.scheduler.observe(3, {d.now, 0, true, 0, Time{0}}, d.now);
     for (std::uint64_t n = 1; n <= 12; ++n) {
       d.now += milliseconds(50);
-      d.scheduler.observe(3, {d.now, taken * 50 * n, true, 0, Time{0}}, d.now);
+      d.scheduler.observe(3, {d.now, 400'000 + taken * 50 * n, true, 0, Time{0}}, d.now);
     }
-    EXPECT_EQ(d.take(), taken < 75 ? second : 0U);
+    EXPECT_EQ(d.take(), taken < 75 ? third : 0U);
+  }
+}
+
+/// A fast client is through, and what it took of late is no reason to leave the uplink to a slow one alone.
+TEST(Slots, AutoWhatOthersTookDoesNotKeepASlowClientAlone) {
+  Policy policy = policy_of("fifo", {}, std::nullopt);
+  policy.uplink = 100'000;
+  Driver d(policy);
+  d.measure(1, 10'000);
+  d.measure(2, 90'000);
+  const auto fast = d.ask(2, 1'000'000);
+  ASSERT_EQ(d.take(), fast);
+  const auto slow = d.ask(1, 1'000'000);
+  const auto other = d.ask(3, 1'000'000);
+  d.scheduler.observe(2, {d.now, 1'800'000, true, 0, Time{0}}, d.now);
+  for (std::uint64_t n = 1; n <= 12; ++n) {
+    d.now += milliseconds(50);
+    d.scheduler.observe(2, {d.now, 1'800'000 + 4'500 * n, true, 0, Time{0}}, d.now);
+  }
+  EXPECT_EQ(d.take(), 0U);
+  d.scheduler.complete(fast, d.now);
+  EXPECT_EQ(d.take(), slow);
+  EXPECT_EQ(d.take(), other);
+}
+
+/// Two that share the uplink show half of it each; the first of them alone may have it all.
+TEST(Slots, AutoAClientThatTookAGoodPartOfTheUplinkMayFillIt) {
+  for (const std::uint64_t speed : {35'000, 45'000}) {
+    Policy policy = policy_of("fifo", {}, std::nullopt);
+    policy.uplink = 100'000;
+    Driver d(policy);
+    d.measure(1, speed);
+    const auto first = d.ask(1, 1'000'000);
+    const auto second = d.ask(2, 1'000'000);
+    ASSERT_EQ(d.take(), first);
+    EXPECT_EQ(d.take(), speed < 40'000 ? second : 0U);
   }
 }
 

@@ -85,8 +85,8 @@ TEST(PolicyCheck, StandardsAreWhatIsSaidOfThem) {
   PolicyLayer layer;
   for (const CommonOption& option : common_options()) layer.options.emplace(option.name, option.standard);
   EXPECT_EQ(complaint(layer), "");
-  EXPECT_EQ(resolve(std::vector{layer}).policy, Policy{});
-  EXPECT_EQ(resolve({}).policy, Policy{});
+  EXPECT_EQ(resolve(std::vector{layer}).policy, default_policy());
+  EXPECT_EQ(resolve({}).policy, default_policy());
 }
 
 TEST(PolicyResolve, UnitsAreTakenAsWritten) {

@@ -172,8 +172,8 @@ TEST(Policies, options_go_to_the_rules_that_have_them) {
   ASSERT_EQ(error_of(read), "");
   const auto& policies = std::get<std::vector<scheduler::Policy>>(read);
   ASSERT_EQ(policies.size(), 2U);
-  EXPECT_EQ(text_of(policies[0]), "fcsf aging=0 burst=2 quantum=0 slots=3 uplink=0");
-  EXPECT_EQ(text_of(policies[1]), "fifo aging=0 quantum=0 slots=3 uplink=0");
+  EXPECT_EQ(text_of(policies[0]), "fcsf aging=0 burst=2 quantum=250 slots=3 uplink=0");
+  EXPECT_EQ(text_of(policies[1]), "fifo aging=0 quantum=250 slots=3 uplink=0");
   EXPECT_EQ(std::get<std::vector<scheduler::Policy>>(read_policies({"all"}, {})).size(), scheduler::all_rules().size());
 }
 

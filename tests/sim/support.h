@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/policies.h"
@@ -13,8 +15,16 @@
 
 namespace pmcd::sim {
 
+/// With one slot and no quantum, unless options say otherwise.
 inline scheduler::Policy policy(const std::string& rule, const std::vector<std::string>& options = {}) {
-  const auto read = read_policies({rule}, options);
+  std::vector<std::string> all = options;
+  for (const auto& [name, value] : {std::pair{"slots", "1"}, {"quantum", "0"}}) {
+    const auto is_it = [name = std::string(name) + "="](const std::string& option) {
+      return option.rfind(name, 0) == 0;
+    };
+    if (std::none_of(options.begin(), options.end(), is_it)) all.push_back(std::string(name) + "=" + value);
+  }
+  const auto read = read_policies({rule}, all);
   if (const Problem* problem = problem_of(read)) {
     ADD_FAILURE() << problem->text;
     return {};

@@ -19,8 +19,6 @@ namespace {
 /// its end.
 using GainKey = std::pair<int, double>;
 
-constexpr double kHeldDown = 0.4;
-
 class Gain final : public KeyedRule<GainKey> {
  public:
   Gain(std::optional<double> until, const Surroundings& surroundings) : until_(until), surroundings_(surroundings) {}
@@ -32,12 +30,10 @@ class Gain final : public KeyedRule<GainKey> {
     // What has no profile is a mesh list: without it a client sees nothing either.
     if (request.packet == 0 || !request.profile) return {0, static_cast<double>(request.remaining_bytes())};
     const double part = share(client);
-    // Who takes a good part of the uplink may be slow only for those who share it.
-    const bool may_fill_it = part >= kHeldDown;
     if (until_ && request.profile->halvings(request.packet) >= *until_) {
       const double uplink = surroundings_.uplink > 0 ? surroundings_.uplink : kUnknownUplink;
       return {2, static_cast<double>(request.remaining_bytes() + request.rest_bytes) /
-                     (may_fill_it ? uplink : part * uplink)};
+                     (part >= kMayFill ? uplink : part * uplink)};
     }
     return {1, -part * request.profile->steepest(request.packet, request.remaining_bytes())};
   }
