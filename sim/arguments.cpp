@@ -41,13 +41,19 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
       "--meshes", arguments.meshes,
       "File with what pmcctl --json prints of show (or several in an array) or list, or a table with the "
       "header name,level,bytes,vertices,error; default: ten meshes that are made up");
+  command
+      .add_option("--network", arguments.network,
+                  "fluid: clients share the uplink as a flow, for very large crowds; packets: each segment goes through "
+                  "the queues by itself, with TCP as Linux does it, which is truer and much dearer")
+      ->check(CLI::IsMember({"fluid", "packets"}))
+      ->capture_default_str();
   command.add_option("--uplink", arguments.uplink, "What the server's link carries, kbit/s")
       ->check(CLI::Range(0.1, 1e9))
       ->capture_default_str();
   command.add_option("--scale", arguments.scale, "Multiplies all speeds")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
-  command.add_option("--setup", arguments.setup_round_trips, "Round trips from connecting to the first request")
+  command.add_option("--setup", arguments.setup_round_trips, "fluid: round trips from connecting until the first request has come")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command.add_option("--decode", arguments.decode_rate, "kB of packets that a client decodes in a second; 0: no time")
@@ -61,7 +67,7 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
       ->capture_default_str();
   command
       .add_option("--look-ms", arguments.look_ms,
-                  "How often the daemon looks at what is acknowledged; 0: once a chunk, which is cheaper")
+                  "fluid: how often the daemon looks at what is acknowledged; 0: once a chunk, which is cheaper")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command
@@ -89,6 +95,7 @@ Result<Scenario> scenario_of(const Arguments& arguments) {
     if (const Problem* problem = problem_of(meshes)) return *problem;
     scenario.meshes = std::get<std::vector<Mesh>>(std::move(meshes));
   }
+  scenario.network = arguments.network == "packets" ? Network::packets : Network::fluid;
   scenario.uplink_kbit = arguments.uplink;
   scenario.setup_round_trips = arguments.setup_round_trips;
   scenario.decode_rate = arguments.decode_rate * 1000;

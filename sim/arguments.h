@@ -19,9 +19,10 @@ struct Arguments {
   std::string meshes;              ///< a file; empty: those that are built in
   std::string json;                ///< a file, "-" for standard output, empty: none
   std::string chart;               ///< a file; empty: none
+  std::string network = "fluid";
   double uplink = 256;
   double scale = 1;
-  double setup_round_trips = 4;
+  double setup_round_trips = 4.5;
   double decode_rate = 0;  ///< kB a second
   double queue_ms = 100;
   double queue_packets = 10;

@@ -12,7 +12,7 @@ namespace {
 using scheduler::SessionKey;
 
 constexpr double kChunkHeader = 34;  ///< of proto/messages.h, its frame's header included
-constexpr double kTransferEnd = 15;
+constexpr double kTransferEnd = 13;
 constexpr std::uint64_t kLeastChunk = 512;
 constexpr std::uint64_t kLargestChunk = 64 * 1024;
 constexpr std::uint64_t kFirstChunk = 4 * 1024;  ///< to a client that is not measured
@@ -203,11 +203,16 @@ void Driver::progress(ClientId client, double now) {
   }
   if (session.stall_at && session.channel.delivered() + Channel::kExact >= *session.stall_at) {
     session.stall_at.reset();
-    session.stalled = true;
-    session.channel.freeze();
-    events_.add(now + round_trip(client) + kStall, What::stall_check, client);
+    stall(client, now);
   }
   settle(session, client, now);
+}
+
+void Driver::stall(ClientId client, double now) {
+  Session& session = sessions_[client];
+  if (session.gone || std::exchange(session.stalled, true)) return;
+  session.channel.freeze();
+  events_.add(now + round_trip(client) + kStall, What::stall_check, client);
 }
 
 void Driver::send_acknowledgement(Session& session, ClientId client, double position, double payload, double now) {

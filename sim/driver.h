@@ -45,6 +45,8 @@ class Driver {
 
   /// The client takes nothing any more once so many bytes of its stream have come through.
   void stall_at(ClientId client, double position) { sessions_[client].stall_at = position; }
+  /// It takes nothing any more from now on.
+  void stall(ClientId client, double now);
   [[nodiscard]] bool is_gone(ClientId client) const { return sessions_[client].gone; }
   [[nodiscard]] bool is_stalled(ClientId client) const { return sessions_[client].stalled; }
 

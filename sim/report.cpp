@@ -84,7 +84,7 @@ ordered_json clients_json(const Scenario& scenario, const Outcome& outcome) {
                     {"line", scenario.lines[client.line].name},
                     {"mesh", scenario.meshes[fetch.mesh].name},
                     {"bytes", scenario.meshes[fetch.mesh].bytes},
-                    {"stalls", client.stalls},
+                    {"stalls", client.stalls || client.stalls_after},
                     {"begins", number(fetch.begins)},
                     {"first_level", number(fetch.first_level)},
                     {"to_10_percent", number(fetch.to_error[0])},
@@ -127,7 +127,7 @@ void print_clients(std::ostream& out, const Scenario& scenario, const Run& run) 
       {"client", "line", "mesh", "begins", "packet 0", "10 % error", "5 % error", "1 % error", "complete"}};
   for (const Fetch& fetch : run.outcome.fetches) {
     const ClientPlan& client = scenario.clients[fetch.client];
-    rows.push_back({std::to_string(fetch.client + 1) + (client.stalls ? " (stalls)" : ""),
+    rows.push_back({std::to_string(fetch.client + 1) + (client.stalls || client.stalls_after ? " (stalls)" : ""),
                     scenario.lines[client.line].name, scenario.meshes[fetch.mesh].name, fixed(fetch.begins, 3),
                     seconds(fetch.first_level), seconds(fetch.to_error[0]), seconds(fetch.to_error[1]),
                     seconds(fetch.to_error[2]), seconds(fetch.complete)});

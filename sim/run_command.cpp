@@ -2,9 +2,11 @@
 // pmcsim run: a crowd of clients on lines of several kinds.
 #include <memory>
 #include <utility>
+#include <utility>
 
 #include "sim/arguments.h"
 #include "sim/commands.h"
+#include "sim/plan.h"
 #include "sim/policies.h"
 
 namespace pmcd::sim {
@@ -17,6 +19,7 @@ struct RunArguments {
   std::size_t meshes_each = 1;
   unsigned open = 4;
   double stall = 0;
+  std::string plan;
   bool each = false;
 };
 
@@ -29,6 +32,13 @@ int run(const RunArguments& arguments) {
   if (const Problem* problem = problem_of(made)) return refuse(*problem);
   Scenario scenario = std::get<Scenario>(std::move(made));
   scenario.open = arguments.open;
+  if (!arguments.plan.empty()) {
+    auto planned = read_plan(arguments.plan, std::move(scenario));
+    if (const Problem* problem = problem_of(planned)) return refuse(*problem);
+    scenario = std::get<Scenario>(std::move(planned));
+    return write_results(arguments.common, arguments.plan, scenario,
+                         simulate_all(scenario, std::get<std::vector<scheduler::Policy>>(policies)), arguments.each);
+  }
   scenario.clients = draw_clients(scenario, {arguments.clients, std::get<ArrivalProcess>(arrivals),
                                              arguments.meshes_each, arguments.stall, arguments.common.seed});
   const auto runs = simulate_all(scenario, std::get<std::vector<scheduler::Policy>>(policies));
@@ -58,12 +68,19 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--stall", arguments->stall, "Share of the clients that stop reading in the middle of a mesh")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  CLI::Option* plan = command->add_option(
+      "--plan", arguments->plan,
+      "JSON file that says which clients come when, over which lines, and what they fetch: sim/README.md describes it");
+  for (const char* drawn : {"--clients", "--arrivals", "--meshes-each", "--stall", "--line", "--scale"}) {
+    plan->excludes(command->get_option(drawn));
+  }
   command->add_flag("--each", arguments->each, "Also print each client's times");
   command->footer(
       "Examples:\n"
       "  pmcsim run --rule fcsf --option burst=2 --option quantum=500 --option slots=auto --uplink 1024\n"
       "  pmcsim run --rules all --option slots=auto --clients 500 --arrivals poisson:0.5 --chart rules.svg\n"
-      "  pmcsim run --rule srpt --line phone=8000/2000/60:3 --line fibre=100000/40000/8 --uplink 50000 --json -");
+      "  pmcsim run --rule srpt --line phone=8000/2000/60:3 --line fibre=100000/40000/8 --uplink 50000 --json -\n"
+      "  pmcsim run --rule gain --option slots=auto --plan plan.json --network packets --each");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

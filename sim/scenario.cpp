@@ -140,6 +140,10 @@ std::vector<ClientPlan> paper_clients(const Scenario& scenario, int experiment, 
   return clients;
 }
 
+double queue_of(const Tcp& tcp, double kbit) {
+  return std::max(kbit * 125 * tcp.queue_seconds, tcp.queue_bytes);
+}
+
 void scale_speeds(Scenario& scenario, double factor) {
   scenario.uplink_kbit *= factor;
   for (Line& line : scenario.lines) {

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,7 @@ struct Line {
   double up_kbit = 0;
   double round_trip = 0;  ///< seconds, without any queue
   double weight = 1;      ///< how often it is drawn, beside the others
+  double queue_bytes = 0;  ///< that wait before it at most, each way; 0: as Tcp says
 };
 
 /// What carries a line's bytes, apart from speed and distance.
@@ -39,6 +41,14 @@ struct ClientPlan {
   std::uint32_t line = 0;
   std::vector<std::uint32_t> meshes;  ///< fetched one after the other
   bool stalls = false;                ///< takes nothing any more when half of its first mesh has come
+  /// The packets of its first mesh behind which it takes nothing any more, or leaves.
+  std::optional<std::uint32_t> stalls_after, leaves_after;
+};
+
+/// What carries the bytes from the daemon to the clients.
+enum class Network : std::uint8_t {
+  fluid,    ///< shares of the uplink, for very large crowds
+  packets,  ///< each segment by itself, as the kernel sends it
 };
 
 struct Scenario {
@@ -47,8 +57,10 @@ struct Scenario {
   std::vector<ClientPlan> clients;
   double uplink_kbit = 256;
   unsigned open = 4;             ///< requests that a client keeps open
-  double setup_round_trips = 4;  ///< from connecting to the first request at the server
+  double setup_round_trips = 4.5;  ///< from connecting to the first request at the server; fluid only
   double decode_rate = 0;        ///< bytes of packets a second; 0: no time at all
+  Network network = Network::fluid;
+  double uplink_queue_bytes = 0;  ///< 0: as Tcp says
   Tcp tcp;
   /// How often the daemon looks at what a client has acknowledged, seconds; 0: at each chunk only.
   double look_every = 0.02;
@@ -86,6 +98,9 @@ std::vector<ClientPlan> draw_clients(const Scenario& scenario, const Crowd& crow
 /// one of which stalls. Meshes are taken from the beginning, again and again if there are too few. `scale`: what all
 /// speeds were multiplied by, so that the twenty come so much faster.
 std::vector<ClientPlan> paper_clients(const Scenario& scenario, int experiment, std::uint64_t seed, double scale);
+
+/// Bytes that may wait before a link of that speed.
+double queue_of(const Tcp& tcp, double kbit);
 
 /// Multiplies all speeds; distances stay.
 void scale_speeds(Scenario& scenario, double factor);

@@ -9,6 +9,7 @@
 #include "sim/driver.h"
 #include "sim/events.h"
 #include "sim/links.h"
+#include "sim/packet_world.h"
 
 namespace pmcd::sim {
 namespace {
@@ -178,6 +179,11 @@ class World {
   void packet_decoded(std::uint32_t client, std::uint32_t packet) {
     if (driver_.is_gone(client)) return;
     if (scenario_.open == 1) ask(client, now_ + way_up(client));
+    const ClientPlan& plan = scenario_.clients[client];
+    if (clients_[client].begun == 1 && plan.stalls_after == packet) driver_.stall(client, now_);
+    if (clients_[client].begun == 1 && plan.leaves_after == packet) {
+      events_.add(now_ + way_up(client), What::leaves, client);
+    }
     const Mesh& mesh = scenario_.meshes[mesh_index(client)];
     Fetch& fetch = fetch_of(client);
     const double time = now_ - fetch.begins;
@@ -225,6 +231,7 @@ class World {
 }  // namespace
 
 Outcome simulate(const Scenario& scenario, const scheduler::Policy& policy) {
+  if (scenario.network == Network::packets) return simulate_packets(scenario, policy);
   return World(scenario, policy).run();
 }
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// The way of a client's packets: down through the uplink that all share and its own line, up through its line. Each of
+// these is a Shaper; the line adds its delay. It knows no connections.
+#pragma once
+
+#include <functional>
+#include <utility>
+
+#include "sim/scenario.h"
+#include "sim/shaper.h"
+#include "sim/timeline.h"
+
+namespace pmcd::sim {
+
+/// Of a packet beside the payload of TCP: IPv4, and TCP with time stamps. The uplink's shaper counts Ethernet's too.
+inline constexpr double kHeadBytes = 52;
+inline constexpr double kEthernetBytes = 14;
+
+class Path {
+ public:
+  using Step = Timeline::Step;
+
+  /// REQUIRES: all outlive it.
+  Path(Timeline& timeline, Shaper& uplink, const Line& line, double line_queue);
+
+  /// An IP packet leaves the server. `has_left`, which may be empty, is called when it is through the uplink, or was
+  /// dropped there; `comes` when it is with the client: never, if a queue on the way is full.
+  void send_down(double ip_bytes, Step has_left, Step comes);
+  void send_up(double ip_bytes, Step comes);
+  /// The same for a short message alone on its connection, which is sent again when it was dropped.
+  void tell_client(double ip_bytes, Step comes);
+  void tell_server(double ip_bytes, Step comes);
+
+  [[nodiscard]] double round_trip() const { return 2 * delay_; }
+
+ private:
+  Timeline* timeline_;
+  Shaper* uplink_;
+  Shaper down_, up_;
+  double delay_;
+};
+
+}  // namespace pmcd::sim

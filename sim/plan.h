@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// A plan: a file that says who comes when, over which line, and fetches what, instead of a seed that draws it. Read
+// here; nothing runs.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "sim/problem.h"
+#include "sim/scenario.h"
+
+namespace pmcd::sim {
+
+/// Replaces the lines and clients of `scenario`, and of its uplink, meshes and open requests what the plan has. A JSON
+/// object:
+///   "lines":   array of {"name", "down_kbit", "up_kbit", "rtt_ms", and optional "queue_bytes"}
+///   "clients": array of {"line": name, "mesh": name or "meshes": names, and optional "arrives" (seconds),
+///              "stalls_after" or "leaves_after" (a packet of its first mesh)}
+///   optional "uplink_kbit", "uplink_queue_bytes", "open", "meshes" (as `pmcctl show --json` prints them, in an array)
+/// `from` names it in errors.
+Result<Scenario> parse_plan(std::string_view text, const std::string& from, Scenario scenario);
+/// The same of a file.
+Result<Scenario> read_plan(const std::string& path, Scenario scenario);
+
+}  // namespace pmcd::sim
