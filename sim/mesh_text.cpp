@@ -35,8 +35,10 @@ Result<std::uint64_t> count_field(const json& object, const char* name, std::uin
   return found->get<std::uint64_t>();
 }
 
-/// Half a step of the lattice, relative to the diagonal of the box; 0 where the document does not say.
+/// Half a step of the lattice, relative to the diagonal of the box; 0 where the document does not say, and of a mesh
+/// that comes back exactly as it was.
 double finest_of(const json& mesh) {
+  if (const auto lossless = mesh.find("lossless"); lossless != mesh.end() && *lossless == true) return 0;
   const auto bits = mesh.find("bits");
   const auto low = mesh.find("box_min");
   const auto high = mesh.find("box_max");

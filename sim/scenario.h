@@ -41,8 +41,9 @@ struct ClientPlan {
   std::uint32_t line = 0;
   std::vector<std::uint32_t> meshes;  ///< fetched one after the other
   bool stalls = false;                ///< takes nothing any more when half of its first mesh has come
-  /// The packets of its first mesh behind which it takes nothing any more, or leaves.
-  std::optional<std::uint32_t> stalls_after, leaves_after;
+  /// Packets of its first mesh behind which it takes nothing any more, or leaves.
+  std::optional<std::uint32_t> stalls_after = std::nullopt;
+  std::optional<std::uint32_t> leaves_after = std::nullopt;
 };
 
 /// What carries the bytes from the daemon to the clients.
