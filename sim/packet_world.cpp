@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "sim/channel.h"
@@ -100,6 +101,12 @@ class PacketWorld {
   void connect(std::uint32_t client) {
     begin_fetch(client);
     Path& path = *paths_[client];
+    if (const auto& known = plan(client).joins_after) {
+      const double joined_at = timeline_.now() + *known;
+      timeline_.at(joined_at - path.round_trip() / 2, [this, client] { server_.joined(client, kJoinOk); });
+      timeline_.at(joined_at, [this, client] { joined(client); });
+      return;
+    }
     const auto round = [&path](double up, double down, Path::Step then) {
       return [&path, up, down, then = std::move(then)] {
         path.tell_server(up, [&path, down, then] { path.tell_client(down, then); });
@@ -109,6 +116,10 @@ class PacketWorld {
       path.tell_server(kJoin, [this, client] { server_.joined(client, kJoinOk); });
     };
     round(kSyn, kSyn, round(kHello, kHelloOk, round(kSyn, kSyn, join)))();
+  }
+
+  void joined(std::uint32_t client) {
+    if (!std::exchange(clients_[client].joined, true)) ask(client);
   }
 
   void begin_fetch(std::uint32_t client) {
@@ -143,10 +154,7 @@ class PacketWorld {
     Client& state = clients_[client];
     last_at_ = timeline_.now();
     if (state.gone) return;
-    if (!state.joined && position >= kJoinOk) {
-      state.joined = true;
-      ask(client);
-    }
+    if (!plan(client).joins_after && position >= kJoinOk) joined(client);
     while (!state.expected.empty() && !state.gone) {
       Expected& next = state.expected.front();
       if (!next.has_come && position >= next.last_byte) {

@@ -101,6 +101,8 @@ ClientPlan client_of(const json& value, const Scenario& scenario, const std::str
   }
   client.stalls_after = packet(object, "stalls_after", where);
   client.leaves_after = packet(object, "leaves_after", where);
+  const double joins = number(object, "joins_after", 0, kMostSeconds, where, -1);
+  if (joins >= 0) client.joins_after = joins;
   return client;
 }
 

@@ -15,7 +15,8 @@ namespace pmcd::sim {
 /// object:
 ///   "lines":   array of {"name", "down_kbit", "up_kbit", "rtt_ms", and optional "queue_bytes"}
 ///   "clients": array of {"line": name, "mesh": name or "meshes": names, and optional "arrives" (seconds),
-///              "stalls_after" or "leaves_after" (a packet of its first mesh)}
+///              "stalls_after" or "leaves_after" (a packet of its first mesh),
+///              "joins_after" (seconds from its arrival until it can ask; simulated where it is missing)}
 ///   optional "uplink_kbit", "uplink_queue_bytes", "open", "meshes" (as `pmcctl show --json` prints them, in an array)
 /// `from` names it in errors.
 Result<Scenario> parse_plan(std::string_view text, const std::string& from, Scenario scenario);

@@ -44,6 +44,8 @@ struct ClientPlan {
   /// Packets of its first mesh behind which it takes nothing any more, or leaves.
   std::optional<std::uint32_t> stalls_after = std::nullopt;
   std::optional<std::uint32_t> leaves_after = std::nullopt;
+  /// How long it takes to connect and join, where that is known; else it is simulated.
+  std::optional<double> joins_after = std::nullopt;
 };
 
 /// What carries the bytes from the daemon to the clients.

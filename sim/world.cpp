@@ -86,7 +86,7 @@ class World {
     const std::uint32_t client = event.client;
     switch (event.what) {
       case What::connects:
-        begin_fetch(client, now_ + scenario_.setup_round_trips * line_of(client).round_trip);
+        begin_fetch(client, now_ + setup(client));
         break;
       case What::request_comes:
         driver_.request(client, mesh_index(client), event.value, now_);
@@ -130,6 +130,11 @@ class World {
   [[nodiscard]] double way_up(std::uint32_t client) const {
     const Line& line = line_of(client);
     return line.round_trip / 2 + kRequestBytes / (line.up_kbit * 125);
+  }
+  /// From connecting until the first request has come.
+  [[nodiscard]] double setup(std::uint32_t client) const {
+    const auto& known = scenario_.clients[client].joins_after;
+    return known ? *known + way_up(client) : scenario_.setup_round_trips * line_of(client).round_trip;
   }
   Fetch& fetch_of(std::uint32_t client) { return fetches_[clients_[client].first_fetch + clients_[client].begun - 1]; }
 
