@@ -9,8 +9,10 @@ namespace {
 
 constexpr double kLeastTimeout = 0.2;
 constexpr double kProbeTick = 0.008;  ///< two ticks of the kernel's clock
-/// Packets of one socket in its machine's own queue.
-constexpr unsigned kSmallQueue = 2;
+/// A socket's packets in its machine's own queue take no more memory than two like the next would: TSQ. Each takes so
+/// much beside its bytes.
+constexpr std::uint64_t kPacketMemory = 960;
+constexpr std::uint64_t kSmallQueue = 2;
 constexpr unsigned kDuplicates = 3;
 constexpr double kSackBytes = 12;
 
@@ -61,8 +63,8 @@ void Connection::call_when_writable(std::uint64_t unsent_bound) {
   });
 }
 
-bool Connection::may_send() const {
-  return in_uplink_ < kSmallQueue || flight_.size() <= 1;
+bool Connection::may_send(std::uint64_t bytes) const {
+  return in_uplink_ < kSmallQueue * (kPacketMemory + bytes) || flight_.size() <= 1;
 }
 
 void Connection::push() {
@@ -73,16 +75,16 @@ void Connection::push() {
       limited = true;
       break;
     }
-    if (!may_send()) break;
     if (lost_ > 0) {
       const auto segment = std::find_if(flight_.begin(), flight_.end(), [](const Segment& one) { return one.lost; });
+      if (!may_send(segment->end - segment->begin)) break;
       segment->lost = false;
       --lost_;
       transmit(*segment);
       continue;
     }
     const std::uint64_t end = std::min(written_, sent_ + kSegment);
-    if (end > window_end_) break;
+    if (end > window_end_ || !may_send(end - sent_)) break;
     Segment segment;
     segment.begin = sent_;
     segment.end = end;
@@ -112,16 +114,18 @@ void Connection::transmit(Segment& segment) {
   segment.first_sent_at = first_sent_at_;
   segment.limited = limited_until_ > 0;
   ++in_flight_;
-  ++in_uplink_;
   if (recovers_) ++sent_since_;
-  const auto [begin, end] = std::pair(segment.begin, segment.end);
-  path_->send_down(
+  const std::uint64_t begin = segment.begin;
+  const std::uint64_t end = segment.end;
+  const std::uint64_t memory = end - begin + kPacketMemory;
+  const bool waits = path_->send_down(
       static_cast<double>(end - begin) + kHeadBytes,
-      [this] {
-        --in_uplink_;
+      [this, memory] {
+        in_uplink_ -= memory;
         push();
       },
-      [this, begin = begin, end = end] { comes(begin, end); });
+      [this, begin, end] { comes(begin, end); });
+  if (waits) in_uplink_ += memory;
   if (flight_.size() == 1 || timer_ == 0) set_timer();
 }
 

@@ -64,7 +64,7 @@ class Connection {
   };
 
   void push();
-  [[nodiscard]] bool may_send() const;
+  [[nodiscard]] bool may_send(std::uint64_t bytes) const;
   void transmit(Segment& segment);
   void comes(std::uint64_t begin, std::uint64_t end);
   void acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint64_t window_end);
@@ -86,7 +86,7 @@ class Connection {
   std::deque<Segment> flight_;
   unsigned in_flight_ = 0;  ///< neither acknowledged nor lost
   unsigned sacked_ = 0, lost_ = 0;
-  unsigned in_uplink_ = 0;  ///< packets in the server's own queue
+  std::uint64_t in_uplink_ = 0;  ///< memory of the packets in the server's own queue
   std::uint64_t order_ = 0, newest_delivered_ = 0;
   bool gone_ = false;
 

@@ -16,13 +16,13 @@ namespace {
 /// IP packets of the handshake of TCP, and the frames of the protocol in theirs.
 constexpr double kSyn = 60;
 constexpr double kHello = kHeadBytes + 30;
-constexpr double kHelloOk = kHeadBytes + 80;
+constexpr double kHelloOk = kHeadBytes + 46;
 constexpr double kJoin = kHeadBytes + 28;
-constexpr std::uint64_t kJoinOk = 10;
+constexpr std::uint64_t kJoinOk = 14;
 constexpr double kGetNext = kHeadBytes + 14;
 constexpr double kGetBase = kHeadBytes + 11;      ///< and the mesh's name
-constexpr double kMeshOpened = kHeadBytes + 40;   ///< and its levels
-constexpr double kDirectoryLevel = 20;
+constexpr double kMeshOpened = kHeadBytes + 60;   ///< and its levels
+constexpr double kDirectoryLevel = 15;
 constexpr double kGoodbye = kHeadBytes + 6;
 /// What the kernel takes for a client that reads, and for one that is to stall, whose buffer is small.
 constexpr double kWindow = 4e6;

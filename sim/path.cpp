@@ -16,14 +16,16 @@ Path::Path(Timeline& timeline, Shaper& uplink, const Line& line, double line_que
       up_(Shaper::of(line.up_kbit, line_queue)),
       delay_(line.round_trip / 2) {}
 
-void Path::send_down(double ip_bytes, Step has_left, Step comes) {
+bool Path::send_down(double ip_bytes, Step has_left, Step comes) {
   const auto left = uplink_->pass(ip_bytes + kEthernetBytes, timeline_->now());
-  if (has_left) timeline_->at(left.value_or(timeline_->now()), std::move(has_left));
-  if (!left) return;
+  if (!left) return false;
+  const bool waits = *left > timeline_->now();
+  if (waits) timeline_->at(*left, std::move(has_left));
   timeline_->at(*left, [this, ip_bytes, comes = std::move(comes)]() mutable {
     const auto through = down_.pass(ip_bytes, timeline_->now());
     if (through) timeline_->at(*through + delay_, std::move(comes));
   });
+  return waits;
 }
 
 void Path::send_up(double ip_bytes, Step comes) {

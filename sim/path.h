@@ -23,9 +23,9 @@ class Path {
   /// REQUIRES: all outlive it.
   Path(Timeline& timeline, Shaper& uplink, const Line& line, double line_queue);
 
-  /// An IP packet leaves the server. `has_left`, which may be empty, is called when it is through the uplink, or was
-  /// dropped there; `comes` when it is with the client: never, if a queue on the way is full.
-  void send_down(double ip_bytes, Step has_left, Step comes);
+  /// An IP packet leaves the server. `has_left` is called when it is through the uplink, if it has to wait there: the
+  /// answer is whether it does. `comes` is called when it is with the client: never, if a queue on the way is full.
+  bool send_down(double ip_bytes, Step has_left, Step comes);
   void send_up(double ip_bytes, Step comes);
   /// The same for a short message alone on its connection, which is sent again when it was dropped.
   void tell_client(double ip_bytes, Step comes);
