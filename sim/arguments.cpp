@@ -71,6 +71,12 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command
+      .add_option("--late-ms", arguments.late_ms,
+                  "packets: how late a process wakes up on average, drawn from the seed: what comes out differently with "
+                  "another seed hangs on chance")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command
       .add_option("--chunk-ms", arguments.chunk_ms,
                   "How much of a client's speed a chunk is: 100 as in the daemon; more are cheaper to simulate")
       ->check(CLI::Range(1.0, 10'000.0))
@@ -102,6 +108,8 @@ Result<Scenario> scenario_of(const Arguments& arguments) {
   scenario.tcp.queue_seconds = arguments.queue_ms / 1000;
   scenario.tcp.queue_bytes = arguments.queue_packets * 1500;
   scenario.look_every = arguments.look_ms / 1000;
+  scenario.lateness = arguments.late_ms / 1000;
+  scenario.seed = arguments.seed;
   scenario.chunk_seconds = arguments.chunk_ms / 1000;
   scale_speeds(scenario, arguments.scale);
   return scenario;

@@ -27,6 +27,7 @@ struct Arguments {
   double queue_ms = 100;
   double queue_packets = 10;
   double look_ms = 20;
+  double late_ms = 0;
   double chunk_ms = 100;
   std::uint64_t seed = 1;
 };

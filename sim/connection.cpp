@@ -58,7 +58,7 @@ void Connection::call_when_writable(std::uint64_t unsent_bound) {
   writable_bound_ = unsent_bound;
   if (2 * unsent() >= unsent_bound || !on_writable) return;
   writable_bound_ = 0;
-  timeline_->soon([this] {
+  timeline_->at(timeline_->waking(timeline_->now()), [this] {
     if (on_writable) on_writable();
   });
 }
@@ -140,7 +140,11 @@ void Connection::comes(std::uint64_t begin, std::uint64_t end) {
   const auto window_end = read_ + static_cast<std::uint64_t>(window_);
   const double bytes = kHeadBytes + (apart_.empty() ? 0 : kSackBytes);
   path_->send_up(bytes, [this, up_to = received_, begin, window_end] { acknowledge(up_to, begin, window_end); });
-  if (reads_ && on_data) on_data(received_);
+  if (!reads_ || !on_data || received_ == told_) return;
+  told_ = received_;
+  timeline_->at(timeline_->waking(timeline_->now()), [this, position = received_] {
+    if (reads_ && on_data) on_data(position);
+  });
 }
 
 void Connection::acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint64_t window_end) {

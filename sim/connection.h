@@ -22,7 +22,7 @@ class Connection {
   Connection(Timeline& timeline, Path& path, double window);
   Connection(const Connection&) = delete;
 
-  /// More has come to the client in order, up to this position; called only while the client reads.
+  /// More has come to the client in order, up to this position at least; called only while the client reads.
   std::function<void(std::uint64_t position)> on_data;
   /// The socket takes more than it did.
   std::function<void()> on_writable;
@@ -118,6 +118,7 @@ class Connection {
   double window_;
   std::uint64_t received_ = 0;
   std::uint64_t read_ = 0;
+  std::uint64_t told_ = 0;  ///< position that on_data knows of, or soon will
   std::map<std::uint64_t, std::uint64_t> apart_;  ///< came before what is in front of it
   bool reads_ = true;
 };

@@ -312,7 +312,7 @@ void PacketServer::look_by(ClientId client, double when) {
 
 void PacketServer::watch_at(double when) {
   wakes_at_ = when;
-  timeline_.at(when, [this, number = ++watch_] {
+  timeline_.at(timeline_.waking(when), [this, number = ++watch_] {
     if (number == watch_) watch();
   });
 }

@@ -32,6 +32,7 @@ class PacketWorld {
  public:
   PacketWorld(const Scenario& scenario, const scheduler::Policy& policy)
       : scenario_(scenario),
+        timeline_(scenario.lateness, scenario.seed),
         uplink_(Shaper::of(scenario.uplink_kbit, scenario.uplink_queue_bytes > 0
                                                      ? scenario.uplink_queue_bytes
                                                      : queue_of(scenario.tcp, scenario.uplink_kbit))),

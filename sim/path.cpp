@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "sim/path.h"
 
+#include <algorithm>
+
 namespace pmcd::sim {
 namespace {
 
@@ -16,6 +18,10 @@ Path::Path(Timeline& timeline, Shaper& uplink, const Line& line, double line_que
       up_(Shaper::of(line.up_kbit, line_queue)),
       delay_(line.round_trip / 2) {}
 
+double Path::passed_on(double through, double& last) {
+  return last = std::max(last, timeline_->waking(through + delay_));
+}
+
 bool Path::send_down(double ip_bytes, Step has_left, Step comes) {
   const auto left = uplink_->pass(ip_bytes + kEthernetBytes, timeline_->now());
   if (!left) return false;
@@ -23,14 +29,14 @@ bool Path::send_down(double ip_bytes, Step has_left, Step comes) {
   if (waits) timeline_->at(*left, std::move(has_left));
   timeline_->at(*left, [this, ip_bytes, comes = std::move(comes)]() mutable {
     const auto through = down_.pass(ip_bytes, timeline_->now());
-    if (through) timeline_->at(*through + delay_, std::move(comes));
+    if (through) timeline_->at(passed_on(*through, last_down_), std::move(comes));
   });
   return waits;
 }
 
 void Path::send_up(double ip_bytes, Step comes) {
   const auto through = up_.pass(ip_bytes, timeline_->now());
-  if (through) timeline_->at(*through + delay_, std::move(comes));
+  if (through) timeline_->at(passed_on(*through, last_up_), std::move(comes));
 }
 
 void Path::tell_client(double ip_bytes, Step comes) {
@@ -39,7 +45,7 @@ void Path::tell_client(double ip_bytes, Step comes) {
   timeline_->at(next, [this, ip_bytes, left, comes = std::move(comes)]() mutable {
     const auto through = left ? down_.pass(ip_bytes, timeline_->now()) : std::nullopt;
     if (through) {
-      timeline_->at(*through + delay_, std::move(comes));
+      timeline_->at(passed_on(*through, last_down_), std::move(comes));
     } else {
       const double again = left ? kAgain + round_trip() : 0;
       timeline_->at(timeline_->now() + again,
@@ -51,7 +57,7 @@ void Path::tell_client(double ip_bytes, Step comes) {
 void Path::tell_server(double ip_bytes, Step comes) {
   const auto through = up_.pass(ip_bytes, timeline_->now());
   if (through) {
-    timeline_->at(*through + delay_, std::move(comes));
+    timeline_->at(passed_on(*through, last_up_), std::move(comes));
   } else {
     timeline_->at(timeline_->now() + kAgain + round_trip(), [this, ip_bytes, comes = std::move(comes)]() mutable {
       tell_server(ip_bytes, std::move(comes));

@@ -34,10 +34,14 @@ class Path {
   [[nodiscard]] double round_trip() const { return 2 * delay_; }
 
  private:
+  /// When a packet that has left a shaper at `through` is on the other side: some process passes it on, in order.
+  double passed_on(double through, double& last);
+
   Timeline* timeline_;
   Shaper* uplink_;
   Shaper down_, up_;
   double delay_;
+  double last_down_ = 0, last_up_ = 0;
 };
 
 }  // namespace pmcd::sim

@@ -64,6 +64,8 @@ struct Scenario {
   double decode_rate = 0;        ///< bytes of packets a second; 0: no time at all
   Network network = Network::fluid;
   double uplink_queue_bytes = 0;  ///< 0: as Tcp says
+  double lateness = 0;            ///< of packets only: seconds that each process wakes up late on average
+  std::uint64_t seed = 1;         ///< what that is drawn from
   Tcp tcp;
   /// How often the daemon looks at what a client has acknowledged, seconds; 0: at each chunk only.
   double look_every = 0.02;
