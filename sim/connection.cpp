@@ -8,7 +8,7 @@ namespace pmcd::sim {
 namespace {
 
 constexpr double kLeastTimeout = 0.2;
-constexpr double kProbeTick = 0.008;  ///< two ticks of the kernel's clock
+constexpr double kLeastWait = 0.002;  ///< that the kernel adds to its timers for probes and reordering
 /// A socket's packets in its machine's own queue take no more memory than two like the next would: TSQ. Each takes so
 /// much beside its bytes.
 constexpr std::uint64_t kPacketMemory = 960;
@@ -165,6 +165,7 @@ void Connection::acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint
     if (segment.transmissions == 1) round_trip = now - segment.sent_at;
     if (!newest || segment.order > newest->order) newest = segment;
   };
+  const bool advanced = up_to > acknowledged_;
   while (!flight_.empty() && flight_.front().end <= up_to) {
     if (flight_.front().sacked) {
       --sacked_;
@@ -188,7 +189,10 @@ void Connection::acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint
     delivered_ += delivered;
     delivered_at_ = now;
     if (limited_until_ > 0 && delivered_ > limited_until_) limited_until_ = 0;
-    newest_delivered_ = std::max(newest_delivered_, newest->order);
+    if (newest->order > newest_delivered_) {
+      newest_delivered_ = newest->order;
+      newest_round_trip_ = now - newest->sent_at;
+    }
     backoff_ = 0;
     probed_ = false;
   }
@@ -208,9 +212,9 @@ void Connection::acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint
     recovers_ = false;
     cubic_.set_window(std::max(cubic_.threshold(), 1U));
   }
-  find_lost(false);
+  const bool found_lost = find_lost();
   if (recovers_) {
-    count_out(delivered);
+    count_out(delivered, advanced && !found_lost ? 1 : 0);
   } else if (delivered > 0) {
     const bool round_is_over = acknowledged_ > round_end_;
     if (round_is_over) round_end_ = sent_;
@@ -234,14 +238,17 @@ void Connection::note_rate(const Segment& newest) {
   rate_is_limited_ = newest.limited;
 }
 
-void Connection::find_lost(bool reordering_is_over) {
+bool Connection::find_lost() {
+  const double now = timeline_->now();
+  const bool at_once = recovers_ || sacked_ >= kDuplicates;
+  const double reordering = at_once ? 0 : std::min(least_round_trip_ / 4, smoothed_);
   bool found = false;
-  bool suspect = false;
-  const bool at_once = reordering_is_over || recovers_ || sacked_ >= kDuplicates;
+  double last = 0;
   for (Segment& segment : flight_) {
     if (segment.sacked || segment.lost || segment.order >= newest_delivered_) continue;
-    if (!at_once) {
-      suspect = true;
+    const double lost_at = segment.sent_at + newest_round_trip_ + reordering;
+    if (!at_once && lost_at > now) {
+      last = std::max(last, lost_at);
       continue;
     }
     segment.lost = true;
@@ -250,13 +257,14 @@ void Connection::find_lost(bool reordering_is_over) {
     found = true;
   }
   if (found && !recovers_) begin_recovery(false);
-  if (suspect) {
-    timeline_->at(timeline_->now() + least_round_trip_ / 4, [this, newest = newest_delivered_] {
-      if (gone_ || newest != newest_delivered_) return;
-      find_lost(true);
+  if (last > 0) {
+    timeline_->at(last + kLeastWait, [this, newest = newest_delivered_] {
+      if (gone_ || newest != newest_delivered_ || !find_lost()) return;
+      count_out(0, 1);
       push();
     });
   }
+  return found;
 }
 
 void Connection::begin_recovery(bool timed_out) {
@@ -268,7 +276,7 @@ void Connection::begin_recovery(bool timed_out) {
 }
 
 /// What may leave while losses are made good, in proportion to what comes through (RFC 6937).
-void Connection::count_out(unsigned delivered) {
+void Connection::count_out(unsigned delivered, unsigned least) {
   delivered_since_ += delivered;
   const unsigned threshold = cubic_.threshold();
   unsigned may = 0;
@@ -277,7 +285,7 @@ void Connection::count_out(unsigned delivered) {
     may = due > sent_since_ ? due - sent_since_ : 0;
   } else {
     const unsigned owed = delivered_since_ > sent_since_ ? delivered_since_ - sent_since_ : 0;
-    may = std::min(threshold - in_flight_, std::max(owed, delivered) + 1);
+    may = std::min(threshold - in_flight_, std::max(owed, delivered) + least);
   }
   if (sent_since_ == 0) may = std::max(may, 1U);
   cubic_.set_window(in_flight_ + may);
@@ -296,7 +304,7 @@ void Connection::set_timer() {
   double wait = timeout();
   probe_is_next_ = false;
   if (!recovers_ && !probed_ && backoff_ == 0 && smoothed_ > 0) {
-    const double probe = 2 * smoothed_ + (flight_.size() == 1 ? kLeastTimeout : kProbeTick);
+    const double probe = 2 * smoothed_ + (flight_.size() == 1 ? kLeastTimeout : kLeastWait);
     if (probe < wait) {
       wait = probe;
       probe_is_next_ = true;

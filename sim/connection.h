@@ -69,9 +69,11 @@ class Connection {
   void comes(std::uint64_t begin, std::uint64_t end);
   void acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint64_t window_end);
   void note_rate(const Segment& newest);
-  void find_lost(bool reordering_is_over);
+  /// Marks what must be lost, since what was sent later has come; whether there is any. Comes back by itself for what may
+  /// only be late (RACK).
+  bool find_lost();
   void begin_recovery(bool timed_out);
-  void count_out(unsigned delivered);
+  void count_out(unsigned delivered, unsigned least);
   void note_window_use(bool limited);
   void set_timer();
   void timer_is_over();
@@ -93,6 +95,7 @@ class Connection {
   double smoothed_ = 0, deviation_ = 0;
   double least_round_trip_ = std::numeric_limits<double>::infinity();
   double last_round_trip_ = 0;
+  double newest_round_trip_ = 0;  ///< of the segment that was sent last of those that have come
   double sent_at_ = 0, acknowledged_at_ = 0;
   unsigned backoff_ = 0;
   std::uint64_t timer_ = 0;  ///< the last one that was set
