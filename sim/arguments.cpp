@@ -42,9 +42,10 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
       "File with what pmcctl --json prints of show (or several in an array) or list, or a table with the "
       "header name,level,bytes,vertices,error; default: ten meshes that are made up");
   command
-      .add_option("--network", arguments.network,
-                  "fluid: clients share the uplink as a flow, for very large crowds; packets: each segment goes through "
-                  "the queues by itself, with TCP as Linux does it, which is truer and much dearer")
+      .add_option(
+          "--network", arguments.network,
+          "fluid: clients share the uplink as a flow, for very large crowds; packets: each segment goes through "
+          "the queues by itself, with TCP as Linux does it, which is truer and much dearer")
       ->check(CLI::IsMember({"fluid", "packets"}))
       ->capture_default_str();
   command.add_option("--uplink", arguments.uplink, "What the server's link carries, kbit/s")
@@ -53,7 +54,9 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
   command.add_option("--scale", arguments.scale, "Multiplies all speeds")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
-  command.add_option("--setup", arguments.setup_round_trips, "fluid: round trips from connecting until the first request has come")
+  command
+      .add_option("--setup", arguments.setup_round_trips,
+                  "fluid: round trips from connecting until the first request has come")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
   command.add_option("--decode", arguments.decode_rate, "kB of packets that a client decodes in a second; 0: no time")
@@ -71,9 +74,10 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command
-      .add_option("--late-ms", arguments.late_ms,
-                  "packets: how late a process wakes up on average, drawn from the seed: what comes out differently with "
-                  "another seed hangs on chance")
+      .add_option(
+          "--late-ms", arguments.late_ms,
+          "packets: how late a process wakes up on average, drawn from the seed: what comes out differently with "
+          "another seed hangs on chance")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command

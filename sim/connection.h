@@ -69,8 +69,8 @@ class Connection {
   void comes(std::uint64_t begin, std::uint64_t end);
   void acknowledge(std::uint64_t up_to, std::uint64_t begin, std::uint64_t window_end);
   void note_rate(const Segment& newest);
-  /// Marks what must be lost, since what was sent later has come; whether there is any. Comes back by itself for what may
-  /// only be late (RACK).
+  /// Marks what must be lost, since what was sent later has come; whether there is any. Comes back by itself for what
+  /// may only be late (RACK).
   bool find_lost();
   void begin_recovery(bool timed_out);
   void count_out(unsigned delivered, unsigned least);
@@ -121,7 +121,7 @@ class Connection {
   double window_;
   std::uint64_t received_ = 0;
   std::uint64_t read_ = 0;
-  std::uint64_t told_ = 0;  ///< position that on_data knows of, or soon will
+  std::uint64_t told_ = 0;                        ///< position that on_data knows of, or soon will
   std::map<std::uint64_t, std::uint64_t> apart_;  ///< came before what is in front of it
   bool reads_ = true;
 };

@@ -20,8 +20,8 @@ constexpr double kHelloOk = kHeadBytes + 46;
 constexpr double kJoin = kHeadBytes + 28;
 constexpr std::uint64_t kJoinOk = 14;
 constexpr double kGetNext = kHeadBytes + 14;
-constexpr double kGetBase = kHeadBytes + 11;      ///< and the mesh's name
-constexpr double kMeshOpened = kHeadBytes + 60;   ///< and its levels
+constexpr double kGetBase = kHeadBytes + 11;     ///< and the mesh's name
+constexpr double kMeshOpened = kHeadBytes + 60;  ///< and its levels
 constexpr double kDirectoryLevel = 15;
 constexpr double kGoodbye = kHeadBytes + 6;
 /// What the kernel takes for a client that reads, and for one that is to stall, whose buffer is small.
@@ -40,8 +40,7 @@ class PacketWorld {
         server_(scenario, policy, timeline_, connections_),
         clients_(scenario.clients.size()) {
     std::size_t fetches = 0;
-    server_.on_packet = [this](std::uint32_t client, std::uint32_t packet, std::uint64_t last_byte,
-                               std::uint64_t end) {
+    server_.on_packet = [this](std::uint32_t client, std::uint32_t packet, std::uint64_t last_byte, std::uint64_t end) {
       clients_[client].expected.push_back({packet, last_byte, end});
     };
     server_.on_drop = [this](std::uint32_t client) { clients_[client].gone = true; };

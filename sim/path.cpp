@@ -59,9 +59,8 @@ void Path::tell_server(double ip_bytes, Step comes) {
   if (through) {
     timeline_->at(passed_on(*through, last_up_), std::move(comes));
   } else {
-    timeline_->at(timeline_->now() + kAgain + round_trip(), [this, ip_bytes, comes = std::move(comes)]() mutable {
-      tell_server(ip_bytes, std::move(comes));
-    });
+    timeline_->at(timeline_->now() + kAgain + round_trip(),
+                  [this, ip_bytes, comes = std::move(comes)]() mutable { tell_server(ip_bytes, std::move(comes)); });
   }
 }
 

@@ -2,7 +2,6 @@
 // pmcsim run: a crowd of clients on lines of several kinds.
 #include <memory>
 #include <utility>
-#include <utility>
 
 #include "sim/arguments.h"
 #include "sim/commands.h"

@@ -20,8 +20,8 @@ struct Line {
   std::string name;
   double down_kbit = 0;
   double up_kbit = 0;
-  double round_trip = 0;  ///< seconds, without any queue
-  double weight = 1;      ///< how often it is drawn, beside the others
+  double round_trip = 0;   ///< seconds, without any queue
+  double weight = 1;       ///< how often it is drawn, beside the others
   double queue_bytes = 0;  ///< that wait before it at most, each way; 0: as Tcp says
 };
 
@@ -59,9 +59,9 @@ struct Scenario {
   std::vector<Mesh> meshes;
   std::vector<ClientPlan> clients;
   double uplink_kbit = 256;
-  unsigned open = 4;             ///< requests that a client keeps open
+  unsigned open = 4;               ///< requests that a client keeps open
   double setup_round_trips = 4.5;  ///< from connecting to the first request at the server; fluid only
-  double decode_rate = 0;        ///< bytes of packets a second; 0: no time at all
+  double decode_rate = 0;          ///< bytes of packets a second; 0: no time at all
   Network network = Network::fluid;
   double uplink_queue_bytes = 0;  ///< 0: as Tcp says
   double lateness = 0;            ///< of packets only: seconds that each process wakes up late on average

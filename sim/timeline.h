@@ -47,9 +47,7 @@ class Timeline {
     Step step;
   };
   struct Later {
-    bool operator()(const Entry& a, const Entry& b) const {
-      return a.at != b.at ? a.at > b.at : a.number > b.number;
-    }
+    bool operator()(const Entry& a, const Entry& b) const { return a.at != b.at ? a.at > b.at : a.number > b.number; }
   };
 
   double lateness_;

@@ -11,9 +11,8 @@
 namespace pmcd::sim {
 namespace {
 
-const std::string kLines =
-    R"("lines":[{"name":"dsl","down_kbit":1024,"up_kbit":256,"rtt_ms":40,"queue_bytes":32000},)"
-    R"({"name":"modem","down_kbit":33.6,"up_kbit":33.6,"rtt_ms":150}])";
+const std::string kLines = R"("lines":[{"name":"dsl","down_kbit":1024,"up_kbit":256,"rtt_ms":40,"queue_bytes":32000},)"
+                           R"({"name":"modem","down_kbit":33.6,"up_kbit":33.6,"rtt_ms":150}])";
 
 std::string error_of(const std::string& text) {
   const auto parsed = parse_plan(text, "p", paper_scenario());
@@ -24,7 +23,7 @@ std::string error_of(const std::string& text) {
 TEST(Plan, says_who_comes_when_over_which_line_and_fetches_what) {
   const auto parsed = parse_plan("{" + kLines + R"(,"uplink_kbit":2048,"uplink_queue_bytes":32000,"open":1,"clients":[
       {"line":"modem","mesh":"bunny"},
-      {"arrives":1.5,"line":"dsl","meshes":["horse","hand"],"stalls_after":3,"leaves_after":null},
+      {"arrives":1.5,"line":"dsl","meshes":["horse","hand"],"stalls_after":3,"leaves_after":null,"joins_after":0.25},
       {"arrives":2,"line":"dsl","mesh":"horse","leaves_after":0}]})",
                                  "p", paper_scenario());
   ASSERT_EQ(problem_of(parsed), nullptr) << problem_of(parsed)->text;
@@ -48,15 +47,16 @@ TEST(Plan, says_who_comes_when_over_which_line_and_fetches_what) {
   EXPECT_EQ(plan.clients[1].meshes, (std::vector<std::uint32_t>{0, 2}));
   EXPECT_EQ(plan.clients[1].stalls_after, 3U);
   EXPECT_EQ(plan.clients[1].leaves_after, std::nullopt);
+  EXPECT_EQ(plan.clients[1].joins_after, 0.25);
   EXPECT_EQ(plan.clients[2].leaves_after, 0U);
+  EXPECT_EQ(plan.clients[2].joins_after, std::nullopt);
 }
 
 TEST(Plan, may_bring_its_own_meshes) {
-  const auto parsed =
-      parse_plan("{" + kLines +
-                     R"(,"meshes":[{"name":"cube","levels":[{"bytes":300,"vertices":8}]}],)"
-                     R"("clients":[{"line":"dsl","mesh":"cube"}]})",
-                 "p", paper_scenario());
+  const auto parsed = parse_plan("{" + kLines +
+                                     R"(,"meshes":[{"name":"cube","levels":[{"bytes":300,"vertices":8}]}],)"
+                                     R"("clients":[{"line":"dsl","mesh":"cube"}]})",
+                                 "p", paper_scenario());
   ASSERT_EQ(problem_of(parsed), nullptr) << problem_of(parsed)->text;
   ASSERT_EQ(std::get<Scenario>(parsed).meshes.size(), 1U);
   EXPECT_EQ(std::get<Scenario>(parsed).meshes[0].bytes, 300U);

@@ -73,6 +73,29 @@ class Program(unittest.TestCase):
         meshes.write_text("name,level,bytes,vertices,error\ncube,0,none,8,0\n")
         self.fails(1, "line 2: bytes is \"none\"", "run", "--meshes", str(meshes))
 
+    def test_a_plan_runs_over_both_networks(self):
+        plan = self.folder / "plan.json"
+        plan.write_text(json.dumps({
+            "uplink_kbit": 2048, "open": 1, "lines": [{"name": "dsl", "down_kbit": 8192, "up_kbit": 2048, "rtt_ms": 40}],
+            "clients": [{"line": "dsl", "mesh": "horse"}, {"arrives": 1, "line": "dsl", "mesh": "hand", "joins_after": 2},
+                        {"arrives": 2, "line": "dsl", "mesh": "bunny", "stalls_after": 8}]}))
+        for network in ("fluid", "packets"):
+            result = pmcsim("run", "--plan", str(plan), "--network", network, "--each", "--json", "-")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            run, = json.loads(result.stdout)["runs"]
+            first, second, third = run["clients"]
+            self.assertEqual([row["mesh"] for row in run["clients"]], ["horse", "hand", "bunny"])
+            self.assertEqual([row["begins"] for row in run["clients"]], [0, 1, 2])
+            self.assertAlmostEqual(first["first_level"], 5 * 0.04, delta=0.003)
+            self.assertGreater(second["first_level"], 2.04)
+            self.assertEqual((third["stalls"], third["complete"], run["dropped"]), (True, None, 1))
+
+    def test_lateness_is_drawn_from_the_seed(self):
+        def late(seed):
+            return pmcsim(*CROWD[:-1], seed, "--network", "packets", "--late-ms", "1", "--json", "-").stdout
+        self.assertEqual(late("5"), late("5"))
+        self.assertNotEqual(late("5"), late("6"))
+
     def test_usage(self):
         self.assertIn("Examples:", pmcsim("run", "--help").stdout)
         self.assertIn("Examples:", pmcsim("paper", "--help").stdout)
@@ -83,6 +106,9 @@ class Program(unittest.TestCase):
         self.fails(1, "line \"dsl\": has no =", "run", "--line", "dsl")
         self.fails(1, "--line is given 1 times", "paper", "--line", "dsl=1000/1000/10")
         self.fails(1, "arrivals \"now\"", "run", "--arrivals", "now")
+        self.fails(1, "cannot be opened", "run", "--plan", str(self.folder / "none.json"))
+        self.fails(2, "--plan", "run", "--plan", "p.json", "--clients", "3")
+        self.fails(2, "--network", "run", "--network", "pipes")
         self.fails(1, "cannot be opened", "run", "--meshes", str(self.folder / "none.json"))
         self.fails(1, "cannot be written", "run", "--json", str(self.folder))
 

@@ -41,7 +41,7 @@ TEST(World, a_client_alone_gets_what_its_line_or_the_uplink_carries) {
       const Outcome outcome = simulate(scenario, policy("fifo", {"slots=auto"}));
       ASSERT_EQ(outcome.fetches.size(), 1U);
       const double slower = std::min(uplink, scenario.lines[line].down_kbit) * 125 * 1448 / 1500;
-      EXPECT_NEAR(best_time(scenario, outcome.fetches[0]), 4.5 * scenario.lines[line].round_trip + 150'000 / slower,
+      EXPECT_NEAR(best_time(scenario, outcome.fetches[0]), 5 * scenario.lines[line].round_trip + 150'000 / slower,
                   0.01);
       // With the headers of chunks, which on a modem are 512 bytes.
       const double headers = 34 * static_cast<double>(outcome.chunks) / slower;
@@ -73,12 +73,12 @@ TEST(World, one_open_request_and_a_slot_cost_a_round_trip_a_packet) {
   scenario.clients = {{0, 0, {0}, false}};
   scenario.open = 1;
   const double one = simulate(scenario, policy("fifo")).fetches[0].complete;
-  EXPECT_NEAR(one, (4.5 + 6) * 0.2, 0.01);
+  EXPECT_NEAR(one, (5 + 6) * 0.2, 0.01);
   // The slot waits for the last acknowledgement, whoever asks early.
   scenario.open = 4;
   EXPECT_NEAR(simulate(scenario, policy("fifo")).fetches[0].complete, one, 0.01);
   // With slots that are free when written, four at a time share a round trip: packets 0 to 3, then 4 to 6.
-  EXPECT_NEAR(simulate(scenario, policy("fifo", {"slots=auto"})).fetches[0].complete, (4.5 + 1) * 0.2, 0.02);
+  EXPECT_NEAR(simulate(scenario, policy("fifo", {"slots=auto"})).fetches[0].complete, (5 + 1) * 0.2, 0.02);
 }
 
 TEST(World, a_window_opens_round_by_round) {
@@ -183,6 +183,19 @@ TEST(World, a_client_that_takes_nothing_is_dropped_and_blocks_the_slot_until_the
   EXPECT_EQ(quantum.dropped, 1U);
   EXPECT_LT(quantum.fetches[1].complete, 10);
   EXPECT_EQ(quantum.fetches[0].complete, kNever);
+}
+
+TEST(World, who_stalls_behind_a_packet_is_dropped_and_who_leaves_there_is_not) {
+  for (const bool stays : {true, false}) {
+    Scenario scenario = paper_scenario();
+    scenario.clients = {{0, 2, {0}, false}, {0, 2, {1}, false}};
+    (stays ? scenario.clients[0].stalls_after : scenario.clients[0].leaves_after) = 3;
+    const Outcome outcome = simulate(scenario, policy("fifo", {"slots=auto", "quantum=250"}));
+    EXPECT_EQ(outcome.dropped, stays ? 1U : 0U);
+    EXPECT_GT(outcome.fetches[0].first_level, 0);
+    EXPECT_EQ(outcome.fetches[0].complete, kNever);
+    EXPECT_GT(outcome.fetches[1].complete, 0);
+  }
 }
 
 TEST(World, scale_divides_times_where_distance_is_nothing) {
