@@ -7,7 +7,7 @@
 namespace pmcd::sim {
 namespace {
 
-constexpr double kLeastTimeout = 0.2;
+constexpr double kLeastRetransmission = 0.2;
 constexpr double kLeastWait = 0.002;  ///< that the kernel adds to its timers for probes and reordering
 /// A socket's packets in its machine's own queue take no more memory than two like the next would: TSQ. Each takes so
 /// much beside its bytes.
@@ -293,7 +293,7 @@ void Connection::count_out(unsigned delivered, unsigned least) {
 
 double Connection::timeout() const {
   if (smoothed_ == 0) return 1;
-  return (smoothed_ + std::max(4 * deviation_, kLeastTimeout)) * std::exp2(std::min(backoff_, 10U));
+  return (smoothed_ + std::max(4 * deviation_, kLeastRetransmission)) * std::exp2(std::min(backoff_, 10U));
 }
 
 void Connection::set_timer() {
@@ -304,7 +304,7 @@ void Connection::set_timer() {
   double wait = timeout();
   probe_is_next_ = false;
   if (!recovers_ && !probed_ && backoff_ == 0 && smoothed_ > 0) {
-    const double probe = 2 * smoothed_ + (flight_.size() == 1 ? kLeastTimeout : kLeastWait);
+    const double probe = 2 * smoothed_ + (flight_.size() == 1 ? kLeastRetransmission : kLeastWait);
     if (probe < wait) {
       wait = probe;
       probe_is_next_ = true;

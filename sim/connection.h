@@ -90,7 +90,6 @@ class Connection {
   unsigned sacked_ = 0, lost_ = 0;
   std::uint64_t in_uplink_ = 0;  ///< memory of the packets in the server's own queue
   std::uint64_t order_ = 0, newest_delivered_ = 0;
-  bool gone_ = false;
 
   double smoothed_ = 0, deviation_ = 0;
   double least_round_trip_ = std::numeric_limits<double>::infinity();
@@ -99,13 +98,10 @@ class Connection {
   double sent_at_ = 0, acknowledged_at_ = 0;
   unsigned backoff_ = 0;
   std::uint64_t timer_ = 0;  ///< the last one that was set
-  bool probe_is_next_ = false, probed_ = false;
 
-  bool recovers_ = false;
   std::uint64_t recovery_end_ = 0;
   unsigned before_loss_ = 0, delivered_since_ = 0, sent_since_ = 0;
 
-  bool is_limited_ = false;  ///< by the window
   unsigned most_in_flight_ = 0;
   std::uint64_t use_end_ = 0, round_end_ = 0;
 
@@ -113,7 +109,6 @@ class Connection {
   double delivered_at_ = 0, first_sent_at_ = 0;
   std::uint64_t limited_until_ = 0;
   double rate_ = 0;
-  bool rate_is_limited_ = false;
 
   std::uint64_t writable_bound_ = 0;  ///< somebody waits; 0: nobody
 
@@ -123,7 +118,13 @@ class Connection {
   std::uint64_t read_ = 0;
   std::uint64_t told_ = 0;                        ///< position that on_data knows of, or soon will
   std::map<std::uint64_t, std::uint64_t> apart_;  ///< came before what is in front of it
-  bool reads_ = true;
+
+  bool gone_ = false;
+  bool probe_is_next_ = false, probed_ = false;
+  bool recovers_ = false;
+  bool is_limited_ = false;  ///< by the window
+  bool rate_is_limited_ = false;
+  bool reads_ = true;  ///< the client
 };
 
 }  // namespace pmcd::sim

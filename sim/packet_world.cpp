@@ -206,17 +206,15 @@ class PacketWorld {
       Client& now = clients_[client];
       if (now.gone) return;
       ++now.ended;
-      if (now.begun == 1 && plan(client).leaves_after == packet) {
+      const bool is_first = now.begun == 1;
+      const bool leaves = is_first && plan(client).leaves_after == packet;
+      if (leaves || (is_last && now.begun == plan(client).meshes.size())) {
         leave(client);
-      } else if (!is_last) {
-        ask(client);
-        if (now.begun == 1 && plan(client).stalls_after == packet) stall(client);
-      } else if (now.begun < plan(client).meshes.size()) {
-        begin_fetch(client);
-        ask(client);
-      } else {
-        leave(client);
+        return;
       }
+      if (is_last) begin_fetch(client);
+      ask(client);
+      if (is_first && plan(client).stalls_after == packet) stall(client);
     };
     const double at = is_last ? std::max(ready, state.decoder_free) : ready;
     if (at <= timeline_.now()) {

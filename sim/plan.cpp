@@ -17,9 +17,9 @@ using nlohmann::json;
 
 constexpr double kMostKbit = 1e9;
 constexpr double kMostSeconds = 1e9;
-constexpr double kMostBytes = 1e12;
+constexpr double kMostQueue = 1e12;
 constexpr double kMostOpen = 8;
-constexpr double kMostPackets = 1e5;
+constexpr double kMostLevel = 1e5;
 
 /// What is wrong, for the one who reads; thrown and caught in this file only.
 struct Wrong {
@@ -32,8 +32,8 @@ std::string shown(const json& value) {
 }
 
 /// A number of an object, or `otherwise` where it has none or null.
-double number(const json& object, const char* field, double least, double most, const std::string& where,
-              std::optional<double> otherwise = std::nullopt) {
+double number_field(const json& object, const char* field, double least, double most, const std::string& where,
+                    std::optional<double> otherwise = std::nullopt) {
   const auto found = object.find(field);
   if (found == object.end() || found->is_null()) {
     if (otherwise) return *otherwise;
@@ -47,13 +47,13 @@ double number(const json& object, const char* field, double least, double most, 
   return value;
 }
 
-std::optional<std::uint32_t> packet(const json& object, const char* field, const std::string& where) {
-  const double value = number(object, field, 0, kMostPackets, where, -1);
+std::optional<std::uint32_t> packet_field(const json& object, const char* field, const std::string& where) {
+  const double value = number_field(object, field, 0, kMostLevel, where, -1);
   if (value < 0) return std::nullopt;
   return static_cast<std::uint32_t>(value);
 }
 
-const json& array(const json& object, const char* field, const std::string& where) {
+const json& array_field(const json& object, const char* field, const std::string& where) {
   const auto found = object.find(field);
   if (found == object.end() || !found->is_array() || found->empty()) {
     throw Wrong{where + ": \"" + field + "\" is no array with something in it"};
@@ -83,25 +83,25 @@ Line line_of(const json& value, const std::string& where) {
   const json& object = object_of(value, where);
   Line line;
   line.name = name_of(object.value("name", json()), where + ": \"name\"");
-  line.down_kbit = number(object, "down_kbit", 0.1, kMostKbit, where);
-  line.up_kbit = number(object, "up_kbit", 0.1, kMostKbit, where);
-  line.round_trip = number(object, "rtt_ms", 0, 60'000, where) / 1000;
-  line.queue_bytes = number(object, "queue_bytes", 1500, kMostBytes, where, 0);
+  line.down_kbit = number_field(object, "down_kbit", 0.1, kMostKbit, where);
+  line.up_kbit = number_field(object, "up_kbit", 0.1, kMostKbit, where);
+  line.round_trip = number_field(object, "rtt_ms", 0, 60'000, where) / 1000;
+  line.queue_bytes = number_field(object, "queue_bytes", 1500, kMostQueue, where, 0);
   return line;
 }
 
 ClientPlan client_of(const json& value, const Scenario& scenario, const std::string& where) {
   const json& object = object_of(value, where);
   ClientPlan client;
-  client.arrives = number(object, "arrives", 0, kMostSeconds, where, 0);
+  client.arrives = number_field(object, "arrives", 0, kMostSeconds, where, 0);
   client.line = index_of(scenario.lines, name_of(object.value("line", json()), where + ": \"line\""), where + ": line");
-  const json meshes = object.contains("mesh") ? json::array({object["mesh"]}) : array(object, "meshes", where);
+  const json meshes = object.contains("mesh") ? json::array({object["mesh"]}) : array_field(object, "meshes", where);
   for (const json& mesh : meshes) {
     client.meshes.push_back(index_of(scenario.meshes, name_of(mesh, where + ": mesh"), where + ": mesh"));
   }
-  client.stalls_after = packet(object, "stalls_after", where);
-  client.leaves_after = packet(object, "leaves_after", where);
-  const double joins = number(object, "joins_after", 0, kMostSeconds, where, -1);
+  client.stalls_after = packet_field(object, "stalls_after", where);
+  client.leaves_after = packet_field(object, "leaves_after", where);
+  const double joins = number_field(object, "joins_after", 0, kMostSeconds, where, -1);
   if (joins >= 0) client.joins_after = joins;
   return client;
 }
@@ -113,20 +113,20 @@ Result<Scenario> parse_plan(std::string_view text, const std::string& from, Scen
   if (document.is_discarded()) return Problem{from + ": is no JSON"};
   try {
     const json& plan = object_of(document, from);
-    scenario.uplink_kbit = number(plan, "uplink_kbit", 0.1, kMostKbit, from, scenario.uplink_kbit);
-    scenario.uplink_queue_bytes = number(plan, "uplink_queue_bytes", 1500, kMostBytes, from, 0);
-    scenario.open = static_cast<unsigned>(number(plan, "open", 1, kMostOpen, from, scenario.open));
+    scenario.uplink_kbit = number_field(plan, "uplink_kbit", 0.1, kMostKbit, from, scenario.uplink_kbit);
+    scenario.uplink_queue_bytes = number_field(plan, "uplink_queue_bytes", 1500, kMostQueue, from, 0);
+    scenario.open = static_cast<unsigned>(number_field(plan, "open", 1, kMostOpen, from, scenario.open));
     if (plan.contains("meshes")) {
-      auto meshes = parse_mesh_documents(array(plan, "meshes", from).dump(), from);
+      auto meshes = parse_mesh_documents(array_field(plan, "meshes", from).dump(), from);
       if (const Problem* problem = problem_of(meshes)) return *problem;
       scenario.meshes = std::get<std::vector<Mesh>>(std::move(meshes));
     }
     scenario.lines.clear();
-    for (const json& line : array(plan, "lines", from)) {
+    for (const json& line : array_field(plan, "lines", from)) {
       scenario.lines.push_back(line_of(line, from + ": line " + std::to_string(scenario.lines.size() + 1)));
     }
     scenario.clients.clear();
-    for (const json& client : array(plan, "clients", from)) {
+    for (const json& client : array_field(plan, "clients", from)) {
       scenario.clients.push_back(
           client_of(client, scenario, from + ": client " + std::to_string(scenario.clients.size() + 1)));
     }

@@ -65,7 +65,9 @@ class Validate(unittest.TestCase):
         self.assertIn("| gain+until=5 | our mode | 7 of 8 **no** |", result.stdout)
         self.assertIn("- gain+until=5, our mode, client 1, end: ", result.stdout)
         # Another run in which it was not makes a range that it lies within.
-        self.assertEqual(self.run_on(moved, results()).returncode, 0)
+        both = self.run_on(moved, results())
+        self.assertEqual(both.returncode, 0)
+        self.assertIn("agree so well in 93.8 % of their times.", both.stdout)
 
     def test_what_never_came_is_no_time(self):
         never = results()
