@@ -71,6 +71,7 @@ class PacketWorld {
     std::uint32_t asked = 0;
     std::uint32_t ended = 0;
     double decoder_free = 0;
+    double joins_at = 0;
     bool joined = false;
     bool gone = false;
     std::deque<Expected> expected;
@@ -102,9 +103,11 @@ class PacketWorld {
     begin_fetch(client);
     Path& path = *paths_[client];
     if (const auto& known = plan(client).joins_after) {
-      const double joined_at = timeline_.now() + *known;
-      timeline_.at(joined_at - path.round_trip() / 2, [this, client] { server_.joined(client, kJoinOk); });
-      timeline_.at(joined_at, [this, client] { joined(client); });
+      // The daemon's answer gets there in time, as far as it can be foreseen: a relay and the client wake up for it.
+      const double joins_at = timeline_.now() + *known;
+      const double answers_at = joins_at - path.round_trip() / 2 - 2 * scenario_.lateness;
+      timeline_.at(answers_at, [this, client] { server_.joined(client, kJoinOk); });
+      clients_[client].joins_at = joins_at;
       return;
     }
     const auto round = [&path](double up, double down, Path::Step then) {
@@ -116,10 +119,6 @@ class PacketWorld {
       path.tell_server(kJoin, [this, client] { server_.joined(client, kJoinOk); });
     };
     round(kSyn, kSyn, round(kHello, kHelloOk, round(kSyn, kSyn, join)))();
-  }
-
-  void joined(std::uint32_t client) {
-    if (!std::exchange(clients_[client].joined, true)) ask(client);
   }
 
   void begin_fetch(std::uint32_t client) {
@@ -154,7 +153,9 @@ class PacketWorld {
     Client& state = clients_[client];
     last_at_ = timeline_.now();
     if (state.gone) return;
-    if (!plan(client).joins_after && position >= kJoinOk) joined(client);
+    if (!std::exchange(state.joined, true)) {
+      timeline_.at(state.joins_at, [this, client] { ask(client); });
+    }
     while (!state.expected.empty() && !state.gone) {
       Expected& next = state.expected.front();
       if (!next.has_come && position >= next.last_byte) {
