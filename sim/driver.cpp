@@ -17,6 +17,7 @@ constexpr std::uint64_t kLeastChunk = 512;
 constexpr std::uint64_t kLargestChunk = 64 * 1024;
 constexpr std::uint64_t kFirstChunk = 4 * 1024;  ///< to a client that is not measured
 constexpr double kPumpEvery = 0.05;
+constexpr double kAhead = 0.25;  ///< of a client that is not measured, where others want the uplink
 constexpr double kStall = 10;
 /// How often it is looked whether a turn is over that waits for its socket, where looks are not set finer.
 constexpr double kCoarseLook = 0.1;
@@ -144,7 +145,7 @@ void Driver::queue_chunk(Session& session, ClientId client, double now) {
 
 void Driver::feed(Session& session, ClientId client, double now) {
   while (session.transfer && session.transfer->stage == Stage::sending &&
-         session.channel.is_written(unsent_limit(client))) {
+         session.channel.is_written(unsent_limit(client)) && !is_held_back(session, client)) {
     if (!may_go_on(*session.transfer, now)) return;
     queue_chunk(session, client, now);
     if (session.transfer->next < session.transfer->total) continue;
@@ -152,6 +153,17 @@ void Driver::feed(Session& session, ClientId client, double now) {
     session.transfer.reset();
     hand_over(session, client, now);
   }
+}
+
+bool Driver::is_held_back(Session& session, ClientId client) {
+  const scheduler::Client* known = scheduler_.clients().find(key_of(client));
+  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  session.held_back = false;
+  if (!shares || known == nullptr || known->speed) return false;
+  const double guess = scheduler_.clients().guessed_speed(key_of(client)).value_or(0);
+  const double enough = std::max(2.0 * kFirstChunk, guess * (round_trip(client) + kAhead));
+  session.held_back = session.channel.queued() - session.acknowledged >= enough;
+  return session.held_back;
 }
 
 void Driver::settle(Session& session, ClientId client, double now) {
@@ -246,6 +258,7 @@ void Driver::acknowledged(ClientId client, double now) {
     scheduler_.acknowledged(key_of(client), payload - session.acknowledged_payload, scheduler_time(now));
     session.acknowledged_payload = payload;
   }
+  if (session.held_back) settle(session, client, now);
   if (scheduler_.frees_slot_when_written()) return;
   while (!session.sent.empty() && session.sent.front().end <= session.acknowledged + Channel::kExact) {
     scheduler_.complete(session.sent.front().key, scheduler_time(now));

@@ -102,6 +102,7 @@ class Driver {
     double progress_at = 0;
     double round_at = -1;  ///< an event is there for it
     bool looks = false;
+    bool held_back = false;  ///< waits for acknowledgements
     bool checks_turn = false;
     bool stalled = false;
     bool gone = false;
@@ -112,6 +113,8 @@ class Driver {
   void begin_turn(const scheduler::Request& request, double now);
   /// Queues chunks as the channel has room.
   void feed(Session& session, ClientId client, double now);
+  /// Whether enough is under way to a client that is not measured, where others want the uplink, too.
+  bool is_held_back(Session& session, ClientId client);
   /// At a chunk's end: whether the transfer goes on.
   bool may_go_on(Transfer& transfer, double now);
   void queue_chunk(Session& session, ClientId client, double now);

@@ -23,6 +23,7 @@ constexpr double kShortPause = 0.001;
 constexpr double kLongPause = 0.020;
 constexpr double kUplinkPause = 0.050;
 constexpr double kBetweenInfos = 0.005;
+constexpr double kAheadSeconds = 0.250;  ///< of a client that is not measured, where others want the uplink
 constexpr double kJudgeEvery = 0.250;
 constexpr double kStallSeconds = 10;
 
@@ -153,8 +154,9 @@ void PacketServer::feed(Key key) {
   const ClientId client = transfer.client;
   Session& session = sessions_[client];
   const std::uint64_t chunk = chunk_bytes(client);
-  while (transfer.next < transfer.total && session.queued - session.written < std::min(kQueuedBytes, chunk)) {
-    if (!may_go_on(key)) return;
+  while (transfer.next < transfer.total && session.queued - session.written < std::min(kQueuedBytes, chunk) &&
+         !is_held_back(client)) {
+    if (transfer.begun && !may_go_on(key)) return;
     const std::uint64_t size = std::min(chunk, transfer.total - transfer.next);
     const bool begins = !transfer.begun && acknowledged_position(client) == session.queued;
     queue(client, kChunkHead + size);
@@ -167,13 +169,25 @@ void PacketServer::feed(Key key) {
     transfer.begun = true;
     if (begins) look(client);
   }
-  look_by(client, timeline_.now() + kLongPause);
+  look_by(client, timeline_.now() + (session.held_back ? kShortPause : kLongPause));
   if (transfer.next == transfer.total) end_sending(key);
+}
+
+bool PacketServer::is_held_back(ClientId client) {
+  Session& session = sessions_[client];
+  const scheduler::Client* known = scheduler_.clients().find(session_of(client));
+  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  session.held_back = false;
+  if (!shares || known == nullptr || known->speed) return false;
+  const double guess = scheduler_.clients().guessed_speed(session_of(client)).value_or(0);
+  const double enough = std::max(2.0 * kChunkFirst, guess * (session.round_trip + kAheadSeconds));
+  session.held_back = static_cast<double>(session.queued - acknowledged_position(client)) >= enough;
+  return session.held_back;
 }
 
 bool PacketServer::may_go_on(Key key) {
   Transfer& transfer = running_.at(key);
-  if (!transfer.begun || !scheduler_.quantum_is_over(key, time())) return true;
+  if (!scheduler_.quantum_is_over(key, time())) return true;
   if (scheduler_.yield(key, transfer.next, time())) return true;
   transfer.stage = Stage::stopped;
   if (sessions_[transfer.client].written < sessions_[transfer.client].queued) {
@@ -291,13 +305,17 @@ void PacketServer::settle(ClientId client) {
     if (transfer.stage != Stage::sent) continue;
     const bool has_left = scheduler_.frees_slot_when_written() && session.written == session.queued &&
                           connections_[client]->unsent() == 0;
-    if (session.acknowledged < transfer.end_position && !has_left) continue;
+    const bool is_through =
+        session.acknowledged >= transfer.end_position || scheduler_.quantum_is_over(key, time()) || has_left;
+    if (!is_through) continue;
     scheduler_.complete(key, time());
     release(key);
   }
-  if (!session.running.empty() || session.acknowledged < session.queued) return;
-  session.watched = false;
-  watched_.erase(client);
+  if (session.running.empty() && session.acknowledged >= session.queued) {
+    session.watched = false;
+    watched_.erase(client);
+  }
+  if (session.held_back) progress(client);
 }
 
 void PacketServer::look_by(ClientId client, double when) {

@@ -88,6 +88,7 @@ class PacketServer {
     double round_trip = 0;
     double look_at = 0;
     double pause = 0;
+    bool held_back = false;  ///< it waits for acknowledgements
     bool watched = false;
     // Whether it takes its data.
     double progress_at = 0;
@@ -100,6 +101,7 @@ class PacketServer {
   void pump_soon();
   void pump();
   void feed(Key key);
+  bool is_held_back(ClientId client);
   bool may_go_on(Key key);
   void wait_again(Key key);
   void end_sending(Key key);
