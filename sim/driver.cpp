@@ -157,7 +157,7 @@ void Driver::feed(Session& session, ClientId client, double now) {
 
 bool Driver::is_held_back(Session& session, ClientId client) {
   const scheduler::Client* known = scheduler_.clients().find(key_of(client));
-  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  const bool shares = scheduler_.frees_slot_when_written() && scheduler_.has_others(key_of(client));
   session.held_back = false;
   if (!shares || known == nullptr || known->speed) return false;
   const double guess = scheduler_.clients().guessed_speed(key_of(client)).value_or(0);

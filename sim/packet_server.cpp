@@ -169,14 +169,14 @@ void PacketServer::feed(Key key) {
     transfer.begun = true;
     if (begins) look(client);
   }
-  look_by(client, timeline_.now() + (session.held_back ? kShortPause : kLongPause));
+  look_by(client, timeline_.now() + (session.held_back ? std::max(session.pause, kShortPause) : kLongPause));
   if (transfer.next == transfer.total) end_sending(key);
 }
 
 bool PacketServer::is_held_back(ClientId client) {
   Session& session = sessions_[client];
   const scheduler::Client* known = scheduler_.clients().find(session_of(client));
-  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  const bool shares = scheduler_.frees_slot_when_written() && scheduler_.has_others(session_of(client));
   session.held_back = false;
   if (!shares || known == nullptr || known->speed) return false;
   const double guess = scheduler_.clients().guessed_speed(session_of(client)).value_or(0);
@@ -190,7 +190,8 @@ bool PacketServer::may_go_on(Key key) {
   if (!scheduler_.quantum_is_over(key, time())) return true;
   if (scheduler_.yield(key, transfer.next, time())) return true;
   transfer.stage = Stage::stopped;
-  if (sessions_[transfer.client].written < sessions_[transfer.client].queued) {
+  const Session& session = sessions_[transfer.client];
+  if (session.written < session.queued || session.held_back) {
     scheduler_.park(key);
   } else {
     wait_again(key);
@@ -252,10 +253,10 @@ void PacketServer::flush(ClientId client) {
 void PacketServer::progress(ClientId client) {
   Session& session = sessions_[client];
   const std::vector<Key> keys = session.running;
-  const bool empty = session.written == session.queued;
+  const bool takes = session.written == session.queued && !is_held_back(client);
   for (const Key key : keys) {
     const auto it = running_.find(key);
-    if (!empty || it == running_.end() || it->second.stage != Stage::stopped) continue;
+    if (!takes || it == running_.end() || it->second.stage != Stage::stopped) continue;
     wait_again(key);
     pump_soon();
   }

@@ -25,7 +25,7 @@ int paper(const PaperArguments& arguments) {
     if (std::none_of(options.begin(), options.end(), is_it)) options.push_back(name + "=" + value);
   };
   unless_given("slots", ours ? "auto" : "1");
-  unless_given("quantum", ours ? "500" : "0");
+  unless_given("quantum", ours ? "250" : "0");
   auto policies = read_policies(arguments.common.rules, options);
   if (const Problem* problem = problem_of(policies)) return refuse(*problem);
   auto made = scenario_of(arguments.common);
@@ -57,7 +57,7 @@ void add_paper(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--mode", arguments->mode,
-                   "paper: slots=1, no quantum, one open request; ours: slots=auto, quantum=500, four open requests")
+                   "paper: slots=1, no quantum, one open request; ours: slots=auto, quantum=250, four open requests")
       ->check(CLI::IsMember({"paper", "ours"}))
       ->capture_default_str();
   command->footer(

@@ -233,13 +233,15 @@ void Dispatcher::feed(Key key) {
     running.begun = true;
     if (begins) look(transfer.session->key(), turn, Clock::now());
   }
-  look_by(transfer.session->key(), turn, Clock::now() + (turn.line.held_back ? kFirstPoll : kLongestPoll));
+  // What holds it back is acknowledged soon, or after the pause to which its looks have come.
+  const Duration wait = turn.line.held_back ? std::max(turn.line.pause, kFirstPoll) : kLongestPoll;
+  look_by(transfer.session->key(), turn, Clock::now() + wait);
   if (running.next == total) end_sending(key);
 }
 
 bool Dispatcher::is_held_back(scheduler::SessionKey session, Turn& turn) {
   const scheduler::Client* client = scheduler_.clients().find(session);
-  const bool shares = scheduler_.frees_slot_when_written() && (scheduler_.waiting() > 0 || scheduler_.running() > 1);
+  const bool shares = !draining_ && scheduler_.frees_slot_when_written() && scheduler_.has_others(session);
   turn.line.held_back = shares && client != nullptr && !client->speed &&
                         turn.line.has_enough(scheduler_.clients().guessed_speed(session));
   return turn.line.held_back;
@@ -250,11 +252,15 @@ bool Dispatcher::may_go_on(Key key) {
   // A mesh list is one short page. When the daemon ends, what runs is to come to its end.
   if (running.transfer.list || draining_) return true;
   if (!scheduler_.quantum_is_over(key, scheduler_now())) return true;
+  // What may fail for want of memory comes before the scheduler hears of it.
+  auto room = room_for_packet(running.transfer);
   if (scheduler_.yield(key, running.next, scheduler_now(), abandoned_.size())) return true;
   ++interruptions_;
-  keep_or_drop_packet(running.transfer);
+  if (!room) running.transfer.bytes.reset();
+  running.transfer.kept = std::move(room);
   running.stage = Stage::stopped;
-  if (turn_of(running.transfer).channel->unwritten() > 0) {
+  const Turn& turn = turn_of(running.transfer);
+  if (turn.channel->unwritten() > 0 || turn.line.held_back) {
     scheduler_.park(key);
   } else {
     wait_again(key);
@@ -263,14 +269,12 @@ bool Dispatcher::may_go_on(Key key) {
   return false;
 }
 
-void Dispatcher::keep_or_drop_packet(Transfer& transfer) {
+std::shared_ptr<const void> Dispatcher::room_for_packet(const Transfer& transfer) {
   const std::size_t size = transfer.bytes->size();
-  if (PacketCache::takes(size, limits_.cache_bytes) || size > limits_.cache_bytes - kept_bytes_) {
-    transfer.bytes.reset();
-    return;
-  }
+  if (PacketCache::takes(size, limits_.cache_bytes) || size > limits_.cache_bytes - kept_bytes_) return nullptr;
   kept_bytes_ += size;
-  transfer.kept = std::shared_ptr<const void>(nullptr, [this, size](const void*) { kept_bytes_ -= size; });
+  // Not of null, which would look like no room.
+  return std::shared_ptr<const void>(this, [this, size](const void*) { kept_bytes_ -= size; });
 }
 
 void Dispatcher::wait_again(Key key) {
@@ -308,10 +312,10 @@ void Dispatcher::progress(scheduler::SessionKey session) {
   if (turn == turns_.end() || turn->second.running.empty()) return;
   // A copy: what follows may end any of them, or the session.
   const std::vector<Key> keys = turn->second.running;
-  const bool empty = turn->second.channel->unwritten() == 0;
+  const bool takes = turn->second.channel->unwritten() == 0 && !is_held_back(session, turn->second);
   for (const Key key : keys) {
     const auto it = running_.find(key);
-    if (!empty || it == running_.end() || it->second.stage != Stage::stopped) continue;
+    if (!takes || it == running_.end() || it->second.stage != Stage::stopped) continue;
     wait_again(key);
     pump_soon();
   }

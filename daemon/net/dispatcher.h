@@ -113,8 +113,8 @@ class Dispatcher {
   /// At a chunk boundary: whether the transfer may go on. If not, it waits again, or will once its channel is empty.
   bool may_go_on(Key key);
   /// An interrupted transfer keeps its packet if no cache takes it, so that the next turn need not read it again: as
-  /// far as there is room, as much as the cache's.
-  void keep_or_drop_packet(Transfer& transfer);
+  /// far as there is room, as much as the cache's. What holds the room; null if it is not to be kept.
+  std::shared_ptr<const void> room_for_packet(const Transfer& transfer);
   /// A stopped transfer joins the queue.
   void wait_again(Key key);
   /// The end of the transfer is queued behind its last chunk.

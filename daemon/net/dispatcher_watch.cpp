@@ -39,7 +39,7 @@ bool Dispatcher::is_through(Key key, const Running& running, Turn& turn) const {
   if (running.stage != Stage::sent) return false;
   if (turn.channel->last_acknowledged() >= running.end_position) return true;
   // A turn that is over is so for one of which nothing is left to interrupt, too.
-  if (scheduler_.quantum_is_over(key, scheduler_now())) return true;
+  if (!draining_ && scheduler_.quantum_is_over(key, scheduler_now())) return true;
   return scheduler_.frees_slot_when_written() && turn.line.sent();
 }
 

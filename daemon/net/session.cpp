@@ -244,6 +244,7 @@ awaitable<bool> Session::on_frame(const proto::Frame& frame) {
     }
   } else {
     context_.dispatcher.heard(key_);
+    if (closed_) co_return false;
     co_await requests_.on_frame(type, frame.body);
   }
   co_return !closed_;

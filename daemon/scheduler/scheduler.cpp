@@ -149,6 +149,14 @@ bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {
   return load_.sum(now) < full;
 }
 
+bool Scheduler::has_others(SessionKey session) const {
+  std::size_t own = 0;
+  for (const Entry* entry : entries_of(session)) {
+    if (entry->state == State::running || entry->state == State::waiting) ++own;
+  }
+  return in_sight_ + running_ > own;
+}
+
 bool Scheduler::is_uplink_taken(Time now) const {
   return !policy_.slots && surroundings_.uplink > 0 &&
          clients_.taking(now) >= (policy_.uplink > 0 ? kTaken : kTry) * surroundings_.uplink;

@@ -85,6 +85,8 @@ class Scheduler {
 
   [[nodiscard]] std::size_t waiting() const { return requests_.size() - running_; }
   [[nodiscard]] std::size_t running() const { return running_; }
+  /// Whether requests of other sessions run, or wait for a slot that the rule may give them.
+  [[nodiscard]] bool has_others(SessionKey session) const;
   /// Whether another request could start beside `running()` and `taken_slots` others.
   [[nodiscard]] bool has_slot(Time now, std::size_t taken_slots = 0) const;
   /// Whether a slot is free once all is written, or only once all of it is acknowledged: where the uplink is to be kept

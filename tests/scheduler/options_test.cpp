@@ -318,6 +318,21 @@ TEST(Slots, AutoWhatOthersTookDoesNotKeepASlowClientAlone) {
   EXPECT_EQ(d.take(), other);
 }
 
+TEST(Slots, OthersAreThoseThatRunOrMayHaveASlot) {
+  Policy policy = policy_of("fifo", {}, std::nullopt);
+  policy.uplink = 100'000;
+  Driver d(policy);
+  d.ask(1, 1'000);
+  ASSERT_NE(d.take(), 0U);
+  d.ask(1, 1'000);
+  EXPECT_FALSE(d.scheduler.has_others(1)) << "its own that is held";
+  const auto other = d.ask(2, 1'000);
+  EXPECT_TRUE(d.scheduler.has_others(1)) << "waits";
+  EXPECT_TRUE(d.scheduler.has_others(2)) << "runs";
+  d.scheduler.park(other);
+  EXPECT_FALSE(d.scheduler.has_others(1)) << "cannot take anything now";
+}
+
 /// Two that share the uplink show half of it each; the first of them alone may have it all.
 TEST(Slots, AutoAClientThatTookAGoodPartOfTheUplinkMayFillIt) {
   for (const std::uint64_t speed : {35'000, 45'000}) {

@@ -49,7 +49,7 @@ class Program(unittest.TestCase):
     def test_paper_experiments(self):
         for experiment, clients in ((1, 3), (2, 3), (3, 3), (4, 20)):
             for mode, text in (("paper", "fifo aging=0 quantum=0 slots=1 uplink=0"),
-                               ("ours", "fifo aging=0 quantum=500 slots=auto uplink=0")):
+                               ("ours", "fifo aging=0 quantum=250 slots=auto uplink=0")):
                 result = pmcsim("paper", "--experiment", str(experiment), "--mode", mode, "--rules", "fifo", "--json", "-")
                 run, = json.loads(result.stdout)["runs"]
                 self.assertEqual(run["policy"], text)
