@@ -277,11 +277,11 @@ TEST(Slots, AutoAClientThatTakesLittleLeavesRoomInItsSecondTurnToo) {
 /// Several that share a full uplink are seen to take less of it than one alone: were a sixth of it taken for room,
 /// more and more would share it.
 TEST(Slots, AutoIsFullWhenThreeQuartersOfTheUplinkAreTaken) {
-  for (const std::uint64_t taken : {74, 76}) {
+  for (const std::uint64_t taken : {74U, 76U}) {
     Policy policy = policy_of("fifo", {}, std::nullopt);
     policy.uplink = 100'000;
     Driver d(policy);
-    for (const SessionKey slow : {1, 2, 3}) d.measure(slow, 20'000);
+    for (const SessionKey slow : {1U, 2U, 3U}) d.measure(slow, 20'000);
     const auto first = d.ask(1, 1'000'000);
     const auto second = d.ask(2, 1'000'000);
     const auto third = d.ask(4, 1'000'000);
@@ -335,7 +335,7 @@ TEST(Slots, OthersAreThoseThatRunOrMayHaveASlot) {
 
 /// Two that share the uplink show half of it each; the first of them alone may have it all.
 TEST(Slots, AutoAClientThatTookAGoodPartOfTheUplinkMayFillIt) {
-  for (const std::uint64_t speed : {35'000, 45'000}) {
+  for (const std::uint64_t speed : {35'000U, 45'000U}) {
     Policy policy = policy_of("fifo", {}, std::nullopt);
     policy.uplink = 100'000;
     Driver d(policy);
