@@ -118,7 +118,7 @@ TEST(SlowClient, ThatTakesNothingLosesItsTurnWhateverOfItHoldsTheSlot) {
   limits.stall = milliseconds(60'000);
   limits.linger = milliseconds(200);
   constexpr milliseconds kQuantum{200};
-  for (const std::size_t bytes : {8'000'000, 9'000}) {
+  for (const std::size_t bytes : {8'000'000U, 9'000U}) {
     ServerInThread server(limits, with_quantum(kQuantum));
     const FakeMesh small = fake_mesh(2, {100});
     ingest(server, "first", fake_mesh(1, {bytes}));
