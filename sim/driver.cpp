@@ -9,8 +9,6 @@
 namespace pmcd::sim {
 namespace {
 
-using scheduler::SessionKey;
-
 constexpr double kChunkHeader = 34;  ///< of proto/messages.h, its frame's header included
 constexpr double kTransferEnd = 13;
 constexpr std::uint64_t kLeastChunk = 512;
@@ -23,10 +21,6 @@ constexpr double kStall = 10;
 constexpr double kCoarseLook = 0.1;
 
 /// Sessions count from 1 as the daemon's do.
-SessionKey key_of(Driver::ClientId client) {
-  return SessionKey{client} + 1;
-}
-
 }  // namespace
 
 Driver::Driver(const Scenario& scenario, scheduler::Policy policy, Uplink& uplink, Events& events)
@@ -42,14 +36,14 @@ double Driver::round_trip(ClientId client) const {
 }
 
 std::uint64_t Driver::chunk_bytes(ClientId client) const {
-  const scheduler::Client* known = scheduler_.clients().find(key_of(client));
+  const scheduler::Client* known = scheduler_.clients().find(session_of(client));
   if (known == nullptr || !known->speed) return kFirstChunk;
   return std::clamp(static_cast<std::uint64_t>(*known->speed * scenario_.chunk_seconds), kLeastChunk, kLargestChunk);
 }
 
 double Driver::unsent_limit(ClientId client) const {
   if (!scenario_.tcp.sockets_buffer) return 0;
-  const scheduler::Client* known = scheduler_.clients().find(key_of(client));
+  const scheduler::Client* known = scheduler_.clients().find(session_of(client));
   const double speed = known == nullptr ? 0 : known->speed.value_or(0);
   return std::max(static_cast<double>(chunk_bytes(client)), speed * scenario_.chunk_seconds);
 }
@@ -65,16 +59,7 @@ void Driver::hand_over(Session& session, ClientId client, double now) {
   if (session.transfer || session.line.empty()) return;
   const Asked asked = session.line.front();
   session.line.erase(session.line.begin());
-  const Mesh& mesh = scenario_.meshes[asked.mesh];
-  scheduler::Request request;
-  request.key = next_key_++;
-  request.session = key_of(client);
-  request.mesh = asked.mesh;
-  request.packet = asked.packet;
-  request.size_bytes = mesh.levels[asked.packet].bytes;
-  request.rest_bytes = mesh.profile->bytes_behind(asked.packet);
-  request.profile = mesh.profile;
-  request.asked_at = scheduler_time(asked.at);
+  scheduler::Request request = request_for(asked, scenario_.meshes[asked.mesh], next_key_++, client);
   session.transfer = Transfer{request.key, asked.packet, Stage::waiting, true, now, 0, request.size_bytes};
   scheduler_.enqueue(std::move(request), scheduler_time(now));
   pump_is_due_ = true;
@@ -156,11 +141,11 @@ void Driver::feed(Session& session, ClientId client, double now) {
 }
 
 bool Driver::is_held_back(Session& session, ClientId client) {
-  const scheduler::Client* known = scheduler_.clients().find(key_of(client));
-  const bool shares = scheduler_.frees_slot_when_written() && scheduler_.has_others(key_of(client));
+  const scheduler::Client* known = scheduler_.clients().find(session_of(client));
+  const bool shares = scheduler_.frees_slot_when_written() && scheduler_.has_others(session_of(client));
   session.held_back = false;
   if (!shares || known == nullptr || known->speed) return false;
-  const double guess = scheduler_.clients().guessed_speed(key_of(client)).value_or(0);
+  const double guess = scheduler_.clients().guessed_speed(session_of(client)).value_or(0);
   const double enough = std::max(2.0 * kFirstChunk, guess * (round_trip(client) + kAhead));
   session.held_back = session.channel.queued() - session.acknowledged >= enough;
   return session.held_back;
@@ -239,7 +224,7 @@ void Driver::observe(const Session& session, ClientId client, double rate, doubl
   sample.owes = session.acknowledged + Channel::kExact < session.channel.queued();
   sample.delivery_rate = rate;
   sample.round_trip = scheduler_time(round_trip(client));
-  scheduler_.observe(key_of(client), sample, sample.now);
+  scheduler_.observe(session_of(client), sample, sample.now);
 }
 
 void Driver::acknowledged(ClientId client, double now) {
@@ -255,7 +240,7 @@ void Driver::acknowledged(ClientId client, double now) {
   observe(session, client, oldest.rate, now);
   const auto payload = static_cast<std::uint64_t>(oldest.payload);
   if (payload > session.acknowledged_payload) {
-    scheduler_.acknowledged(key_of(client), payload - session.acknowledged_payload, scheduler_time(now));
+    scheduler_.acknowledged(session_of(client), payload - session.acknowledged_payload, scheduler_time(now));
     session.acknowledged_payload = payload;
   }
   if (session.held_back) settle(session, client, now);
@@ -317,7 +302,7 @@ void Driver::stall_check(ClientId client, double now) {
 void Driver::drop(Session& session, ClientId client, double now) {
   session.gone = true;
   session.channel.freeze();
-  scheduler_.remove_session(key_of(client), scheduler_time(now));
+  scheduler_.remove_session(session_of(client), scheduler_time(now));
   pump_is_due_ = true;
   // What a client that is gone has held is of no use: there may be very many.
   session.transfer.reset();

@@ -4,13 +4,13 @@
 // what clients do with their packets.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "daemon/scheduler/scheduler.h"
+#include "sim/asked.h"
 #include "sim/channel.h"
 #include "sim/events.h"
 #include "sim/links.h"
@@ -62,11 +62,6 @@ class Driver {
   [[nodiscard]] const scheduler::Scheduler& scheduler() const { return scheduler_; }
 
  private:
-  struct Asked {
-    std::uint32_t mesh = 0;
-    std::uint32_t packet = 0;
-    double at = 0;
-  };
   enum class Stage : std::uint8_t { waiting, parked, sending };
   /// A transfer whose end is not queued.
   struct Transfer {
@@ -140,10 +135,5 @@ class Driver {
   bool pump_is_foreseen_ = false;
   Totals totals_;
 };
-
-/// The scheduler's time of a moment.
-inline scheduler::Time scheduler_time(double seconds) {
-  return scheduler::Time(std::llround(seconds * 1e9));
-}
 
 }  // namespace pmcd::sim

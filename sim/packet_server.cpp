@@ -11,8 +11,6 @@
 namespace pmcd::sim {
 namespace {
 
-using scheduler::SessionKey;
-
 constexpr std::uint64_t kChunkHead = 34;  ///< of proto/messages.h, its frame's header included
 constexpr std::uint64_t kTransferEndFrame = 13;
 constexpr std::uint64_t kChunkLeast = 512;
@@ -26,14 +24,6 @@ constexpr double kBetweenInfos = 0.005;
 constexpr double kAheadSeconds = 0.250;  ///< of a client that is not measured, where others want the uplink
 constexpr double kJudgeEvery = 0.250;
 constexpr double kStallSeconds = 10;
-
-SessionKey session_of(PacketServer::ClientId client) {
-  return SessionKey{client} + 1;
-}
-
-scheduler::Time time_of(double seconds) {
-  return scheduler::Time(std::llround(seconds * 1e9));
-}
 
 }  // namespace
 
@@ -50,7 +40,7 @@ PacketServer::PacketServer(const Scenario& scenario, const scheduler::Policy& po
 }
 
 scheduler::Time PacketServer::time() const {
-  return time_of(timeline_.now());
+  return scheduler_time(timeline_.now());
 }
 
 void PacketServer::joined(ClientId client, std::uint64_t bytes) {
@@ -73,16 +63,7 @@ void PacketServer::advance(ClientId client) {
   if (session.busy || session.line.empty()) return;
   session.busy = true;
   const Asked& asked = session.line.front();
-  const Mesh& mesh = scenario_.meshes[asked.mesh];
-  scheduler::Request request;
-  request.key = next_key_++;
-  request.session = session_of(client);
-  request.mesh = asked.mesh;
-  request.packet = asked.packet;
-  request.size_bytes = mesh.levels[asked.packet].bytes;
-  request.rest_bytes = mesh.profile->bytes_behind(asked.packet);
-  request.profile = mesh.profile;
-  request.asked_at = time_of(asked.at);
+  scheduler::Request request = request_for(asked, scenario_.meshes[asked.mesh], next_key_++, client);
   Transfer transfer;
   transfer.client = client;
   transfer.packet = asked.packet;
@@ -279,7 +260,7 @@ void PacketServer::look(ClientId client) {
   scheduler::SpeedSample sample;
   sample.acknowledged = acknowledged_position(client);
   sample.owes = sample.acknowledged < session.queued;
-  sample.now = time_of(now);
+  sample.now = scheduler_time(now);
   std::uint64_t payload = 0;
   while (!session.chunks.empty() && session.chunks.front().end <= sample.acknowledged) {
     payload += session.chunks.front().payload;
@@ -291,9 +272,10 @@ void PacketServer::look(ClientId client) {
     sample.acknowledged = std::min(sample.acknowledged + connection.sacked(), session.queued);
     if (!connection.is_application_limited()) sample.delivery_rate = connection.delivery_rate();
     // The kernel says it in milliseconds.
-    if (!sample.owes) sample.now = time_of(now - std::floor((now - connection.last_acknowledgement()) * 1000) / 1000);
+    if (!sample.owes)
+      sample.now = scheduler_time(now - std::floor((now - connection.last_acknowledgement()) * 1000) / 1000);
   }
-  sample.round_trip = time_of(session.round_trip);
+  sample.round_trip = scheduler_time(session.round_trip);
   scheduler_.observe(session_of(client), sample, time());
   if (payload > 0) scheduler_.acknowledged(session_of(client), payload, time());
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "daemon/scheduler/scheduler.h"
+#include "sim/asked.h"
 #include "sim/connection.h"
 #include "sim/scenario.h"
 #include "sim/timeline.h"
@@ -62,11 +63,6 @@ class PacketServer {
     bool begun = false;
     bool hurried = false;
     std::uint64_t end_position = 0;
-  };
-  struct Asked {
-    std::uint32_t mesh = 0;
-    std::uint32_t packet = 0;
-    double at = 0;
   };
   struct Chunk {
     std::uint64_t end = 0;
