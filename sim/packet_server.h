@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The daemon over the network of packets: the scheduler's own code, driven step by step as the daemon's dispatcher and
-// channels do it, with the times at which they look at their sockets. It makes no decision of a rule, and knows nothing
-// of what clients do with their packets.
+// The daemon over the network of packets: its scheduler and its turns, with modelled connections instead of sockets,
+// and the times at which it does what it has put off. It decides nothing, and knows nothing of what clients do with
+// their packets.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,19 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <unordered_map>
 #include <vector>
 
-#include "daemon/scheduler/scheduler.h"
+#include "daemon/turns/turns.h"
 #include "sim/asked.h"
 #include "sim/connection.h"
 #include "sim/scenario.h"
+#include "sim/server_stream.h"
 #include "sim/timeline.h"
 
 namespace pmcd::sim {
 
-class PacketServer {
+class PacketServer : private turns::Host {
  public:
   using ClientId = std::uint32_t;
 
@@ -52,80 +52,47 @@ class PacketServer {
 
  private:
   using Key = scheduler::RequestKey;
-  enum class Stage : std::uint8_t { sending, stopped, sent };
   struct Transfer {
     ClientId client = 0;
     std::uint32_t packet = 0;
-    std::uint64_t total = 0;
-    std::uint64_t next = 0;
-    // Of one that has a slot.
-    Stage stage = Stage::sending;
-    bool begun = false;
-    bool hurried = false;
-    std::uint64_t end_position = 0;
-  };
-  struct Chunk {
-    std::uint64_t end = 0;
-    std::uint64_t payload = 0;
+    std::uint64_t bytes = 0;
   };
   struct Session {
     bool gone = false;
     std::deque<Asked> line;  ///< of its mesh; the first is being served if `busy`
     bool busy = false;
-    std::vector<Key> running;
-    // Its channel.
-    std::uint64_t queued = 0, written = 0;
-    bool flush_is_due = false;
-    std::uint64_t unsent_bound = 0;
-    // What the daemon knows of its line.
-    std::uint64_t acknowledged = 0;
-    std::deque<Chunk> chunks;
-    double info_at = -1;
-    double round_trip = 0;
-    double look_at = 0;
-    double pause = 0;
-    bool held_back = false;  ///< it waits for acknowledgements
-    bool watched = false;
-    // Whether it takes its data.
-    double progress_at = 0;
-    std::uint64_t judged = 0;
+    std::shared_ptr<ServerStream> stream;
   };
 
-  [[nodiscard]] scheduler::Time time() const;
-  [[nodiscard]] std::uint64_t acknowledged_position(ClientId client);
+  [[nodiscard]] turns::Time now() const override { return scheduler_time(timeline_.now()); }
+  void pump_soon() override;
+  void poll_by(turns::Time when) override;
+  std::shared_ptr<turns::Stream> stream_of(Key key) override;
+  std::optional<turns::Content> fetch(Key key) override;
+  void send(Key key, std::uint64_t offset, std::size_t size) override;
+  std::size_t take_back(Key /*key*/) override { return 0; }
+  void end(Key key, bool is_cancelled) override;
+  void interrupted(Key /*key*/) override {}
+  void released(Key key) override { transfers_.erase(key); }
+  [[noreturn]] void broken(Key /*key*/, const std::exception& /*error*/) override { throw; }
+  void drop(scheduler::SessionKey session, turns::Pace::Verdict verdict) override;
+
+  /// The client's next request joins the queue: of one mesh, one at a time.
   void advance(ClientId client);
-  void pump_soon();
-  void pump();
-  void feed(Key key);
-  bool is_held_back(ClientId client);
-  bool may_go_on(Key key);
-  void wait_again(Key key);
-  void end_sending(Key key);
-  void release(Key key);
-  void queue(ClientId client, std::uint64_t bytes);
-  void flush(ClientId client);
-  void progress(ClientId client);
-  [[nodiscard]] std::uint64_t chunk_bytes(ClientId client);
-  void look(ClientId client);
-  void settle(ClientId client);
-  void look_by(ClientId client, double when);
-  void hurry();
-  void watch();
-  void watch_at(double when);
-  void judge();
+  void poll();
+  void poll_at(double when);
 
   const Scenario& scenario_;
   Timeline& timeline_;
   std::vector<std::unique_ptr<Connection>>& connections_;
-  scheduler::Scheduler scheduler_;
+  turns::Limits limits_;
+  turns::Turns turns_;
   std::vector<Session> sessions_;
-  std::unordered_map<Key, Transfer> waiting_, running_;
-  std::set<ClientId> watched_;
+  std::unordered_map<Key, Transfer> transfers_;
   Key next_key_ = 1;
   bool pump_is_due_ = false;
-  bool watching_ = false;
-  double wakes_at_ = 0, judge_at_ = 0, uplink_at_ = 0;
-  std::uint64_t watch_ = 0;  ///< the last time that the watch was set
+  bool polls_ = false;
+  std::uint64_t poll_ = 0;  ///< the last time that the poll was set
   Totals totals_;
 };
 

@@ -7,11 +7,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "daemon/turns/limits.h"
 #include "proto/messages.h"
 
 namespace pmcd::net {
 
-struct Limits {
+struct Limits : turns::Limits {
   std::size_t sessions = 9'000;            ///< request connections, greeted or not; as many data connections
   std::size_t sessions_per_address = 256;  ///< of one IPv4 address or one IPv6 network of 64 bits
   std::size_t admin_connections = 128;
@@ -22,18 +23,12 @@ struct Limits {
 
   std::chrono::milliseconds hello{10'000};  ///< from the connection to its first whole frame, on every channel
   std::chrono::milliseconds join{std::chrono::seconds(proto::kJoinSeconds)};
-  std::chrono::milliseconds stall{10'000};        ///< a running transfer, or an answer, without a byte of progress
-  std::uint64_t min_rate = 500;                   ///< bytes a second that a running transfer has to bring on, 0: none
-  std::chrono::milliseconds rate_window{30'000};  ///< over which min_rate is judged
   std::chrono::milliseconds admin_idle{300'000};
   std::chrono::milliseconds linger{1'000};   ///< for last bytes to reach a peer that is being closed
   std::chrono::milliseconds drain{5'000};    ///< for running transfers when the daemon ends
   std::chrono::milliseconds grace{600'000};  ///< for sessions with a mesh that was replaced or removed
 
   std::size_t cache_bytes = std::size_t{64} << 20;  ///< of packets that were sent lately, shared by all sessions
-  std::size_t least_chunk_bytes = 512;
-  std::size_t first_chunk_bytes = 4 * 1024;  ///< to a client whose speed is not known yet
-  std::size_t most_chunk_bytes = 64 * 1024;
   std::size_t queued_frames = 1'024;     ///< of short answers to a client that does not read them; then it is dropped
   std::size_t queued_bytes = 64 * 1024;  ///< of frames that wait for a socket; writers pause above it
 };

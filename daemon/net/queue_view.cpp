@@ -11,9 +11,10 @@
 
 namespace pmcd::net {
 
-RequestView Dispatcher::view(const Transfer& transfer, const scheduler::Request& request) const {
-  const scheduler::Time now = scheduler_time(Clock::now());
-  const auto ago = [now](scheduler::Time then) {
+RequestView Dispatcher::view(Key key) const {
+  const Transfer& transfer = transfers_.at(key);
+  const scheduler::Request& request = *scheduler().find(key);
+  const auto ago = [now = now()](scheduler::Time then) {
     return std::chrono::duration<double>(std::max(now - then, scheduler::Time{0})).count();
   };
   RequestView view;
@@ -30,31 +31,31 @@ RequestView Dispatcher::view(const Transfer& transfer, const scheduler::Request&
 
 QueueView Dispatcher::queue(std::size_t most) const {
   QueueView queue;
-  queue.waiting = scheduler_.waiting();
-  queue.running = scheduler_.running();
+  queue.waiting = scheduler().waiting();
+  queue.running = scheduler().running();
   const auto add = [&](RequestView view) {
     if (queue.requests.size() < most) queue.requests.push_back(std::move(view));
   };
   for (const auto state : {RequestView::State::running, RequestView::State::blocked}) {
-    for (const auto& [key, running] : running_) {
-      if ((running.stage == Stage::stopped) != (state == RequestView::State::blocked)) continue;
-      RequestView one = view(running.transfer, *scheduler_.find(key));
+    for (const turns::Turns::Progress& running : turns_.running()) {
+      if (running.is_stopped != (state == RequestView::State::blocked)) continue;
+      RequestView one = view(running.key);
       one.state = state;
-      one.bytes_left = one.bytes - std::min(one.bytes, running.next);
+      one.bytes_left = one.bytes - std::min(one.bytes, running.sent_bytes);
       add(std::move(one));
     }
   }
   std::size_t rank = 0;
-  for (const scheduler::Ranked& ranked : scheduler_.ranking(most, scheduler_time(Clock::now()))) {
-    RequestView one = view(waiting_.at(ranked.key), *scheduler_.find(ranked.key));
+  for (const scheduler::Ranked& ranked : scheduler().ranking(most, now())) {
+    RequestView one = view(ranked.key);
     one.rank = ++rank;
     one.reason = ranked.reason;
     add(std::move(one));
   }
-  for (const auto& [key, transfer] : waiting_) {
+  for (const auto& [key, transfer] : transfers_) {
     if (queue.requests.size() == most) break;
-    if (!scheduler_.is_held(key)) continue;
-    RequestView one = view(transfer, *scheduler_.find(key));
+    if (!scheduler().is_held(key)) continue;
+    RequestView one = view(key);
     one.state = RequestView::State::blocked;
     one.reason = "its client is being served";
     queue.requests.push_back(std::move(one));
@@ -75,13 +76,13 @@ void shorten(QueueView& queue, std::size_t most, scheduler::SessionKey client) {
 
 ClientView Dispatcher::client(scheduler::SessionKey session) const {
   ClientView view;
-  const scheduler::Client* client = scheduler_.clients().find(session);
+  const scheduler::Client* client = scheduler().clients().find(session);
   if (client == nullptr) return view;
   view.speed = client->speed;
   view.weight = client->weight;
   view.acknowledged = client->acknowledged;
-  view.taking = scheduler_.clients().taking(session, scheduler_time(Clock::now()));
-  const auto [waiting, running] = scheduler_.counts(session);
+  view.taking = scheduler().clients().taking(session, now());
+  const auto [waiting, running] = scheduler().counts(session);
   view.waiting = waiting;
   view.running = running;
   return view;

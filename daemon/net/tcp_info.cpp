@@ -15,11 +15,11 @@ constexpr int kTcpLevel = 6;  // IPPROTO_TCP, whose header clashes with the one 
 
 }  // namespace
 
-std::optional<TcpInfo> tcp_info(int socket) {
+std::optional<turns::TcpState> tcp_state(int socket) {
   ::tcp_info raw{};
   socklen_t length = sizeof raw;
   if (::getsockopt(socket, kTcpLevel, TCP_INFO, &raw, &length) != 0) return std::nullopt;
-  TcpInfo info;
+  turns::TcpState info;
   info.last_acknowledged = std::chrono::milliseconds(raw.tcpi_last_ack_recv);
   info.sacked_bytes = std::uint64_t{raw.tcpi_sacked} * raw.tcpi_snd_mss;
   constexpr std::size_t kNeeded = offsetof(::tcp_info, tcpi_delivery_rate) + sizeof raw.tcpi_delivery_rate;

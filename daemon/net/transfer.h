@@ -19,8 +19,9 @@ struct Transfer {
   std::uint32_t id = 0;  ///< the client's
   std::uint32_t handle = 0;
   std::uint32_t packet = 0;
-  std::uint64_t offset = 0;  ///< in the packet, of the first byte that is sent in the next turn
-  bool begun = false;        ///< an earlier turn has sent a part
+  std::uint64_t offset = 0;  ///< in the packet, of the first byte that is asked for
+  bool begun = false;        ///< a part of it was sent
+  bool is_reading = false;   ///< its packet comes from the store
   store::MeshId mesh = 0;
   SharedMesh of;  ///< the same; null for a mesh list
   /// Of a mesh list, which has no handle: what is asked for. Its page is made when its turn comes, so that those who

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 // The rate is judged over a window that slides in tenths of its length, so a client needs ten numbers and no history.
-#include "daemon/net/pace.h"
+#include "daemon/turns/pace.h"
 
 #include <algorithm>
+#include <chrono>
 #include <numeric>
 
-namespace pmcd::net {
+namespace pmcd::turns {
 namespace {
 
-constexpr Duration kRoundTrip = std::chrono::seconds(1);
+constexpr Time kRoundTrip = std::chrono::seconds(1);
 
 }  // namespace
 
-void Pace::begin(std::uint64_t acknowledged, Clock::time_point now) {
+void Pace::begin(std::uint64_t acknowledged, Time now) {
+  has_begun_ = true;
   acknowledged_ = acknowledged;
   owed_ = false;
   noted_at_ = now;
@@ -20,20 +22,20 @@ void Pace::begin(std::uint64_t acknowledged, Clock::time_point now) {
   turn_at_ = now + kRoundTrip;
 }
 
-Pace::Verdict Pace::note(std::uint64_t acknowledged, bool owes, Clock::time_point now, const Limits& limits) {
+Pace::Verdict Pace::note(std::uint64_t acknowledged, bool owes, Time now, const Limits& limits) {
   const std::uint64_t bytes = acknowledged - acknowledged_;
-  const Duration turn = owes && owed_ ? now - std::clamp(turn_at_, noted_at_, now) : Duration::zero();
+  const Time turn = owes && owed_ ? now - std::clamp(turn_at_, noted_at_, now) : Time::zero();
   acknowledged_ = acknowledged;
   owed_ = owes;
   noted_at_ = now;
   if (bytes > 0 || !owes) progress_at_ = now;
   if (now - progress_at_ >= limits.stall) return Verdict::stalled;
   if (limits.min_rate == 0) return Verdict::fine;
-  count(bytes, turn, std::chrono::duration_cast<Duration>(limits.rate_window) / kParts);
+  count(bytes, turn, Time(limits.rate_window) / kParts);
   return too_slow(limits) ? Verdict::too_slow : Verdict::fine;
 }
 
-void Pace::count(std::uint64_t bytes, Duration turn, Duration part) {
+void Pace::count(std::uint64_t bytes, Time turn, Time part) {
   bytes_[part_] += bytes;
   filled_ += turn;
   while (filled_ >= part) {
@@ -53,4 +55,4 @@ bool Pace::too_slow(const Limits& limits) const {
   return static_cast<double>(bytes) < static_cast<double>(limits.min_rate) * seconds * share;
 }
 
-}  // namespace pmcd::net
+}  // namespace pmcd::turns

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The judgement over a client's pace, on a clock of our own, how much is sent to one ahead, and the counting of
-// addresses.
-#include "daemon/net/pace.h"
+// The judgement over a client's pace, on a clock of our own, and how much is sent to one ahead.
+#include "daemon/turns/pace.h"
 
 #include <gtest/gtest.h>
 
-#include "daemon/net/address_table.h"
-#include "daemon/net/data_line.h"
-#include "daemon/net/log_budget.h"
+#include <chrono>
+#include <utility>
 
-namespace pmcd::net {
+#include "daemon/turns/line.h"
+
+namespace pmcd::turns {
 namespace {
 
 using namespace std::chrono_literals;
@@ -20,8 +20,8 @@ class PaceTest : public testing::Test {
   void begin() { pace_.begin(acknowledged_, now_); }
   /// `time` passes in steps of 250 ms, in each of which `bytes` are acknowledged; the first verdict that is not fine
   /// and how long that took.
-  std::pair<Verdict, Duration> run(Duration time, std::uint64_t bytes, bool owes = true) {
-    for (Duration passed = 250ms; passed <= time; passed += 250ms) {
+  std::pair<Verdict, Time> run(Time time, std::uint64_t bytes, bool owes = true) {
+    for (Time passed = 250ms; passed <= time; passed += 250ms) {
       now_ += 250ms;
       acknowledged_ += bytes;
       const Verdict verdict = pace_.note(acknowledged_, owes, now_, limits_);
@@ -31,7 +31,7 @@ class PaceTest : public testing::Test {
   }
 
   Limits limits_;
-  Clock::time_point now_{1000s};
+  Time now_{1000s};
   std::uint64_t acknowledged_ = 5'000;
   Pace pace_;
 };
@@ -81,7 +81,7 @@ TEST_F(PaceTest, WithoutALeastRateOnlyStandingStillCounts) {
 }
 
 TEST_F(PaceTest, ManyShortTransfersAddUp) {
-  Duration turn{0};
+  Time turn{0};
   Verdict verdict = Verdict::fine;
   // 1,000 bytes take 6 seconds, one of which belongs to the round trip: 200 bytes a second of its turn.
   for (int i = 0; i < 20 && verdict == Verdict::fine; ++i) {
@@ -105,34 +105,6 @@ TEST_F(PaceTest, ALongRoundTripIsNoFault) {
   }
 }
 
-TEST(LogBudget, BeginsAnewEachSecond) {
-  LogBudget budget(3);
-  const Clock::time_point start{1000s};
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(budget.take(start + i * 100ms));
-  EXPECT_FALSE(budget.take(start + 500ms));
-  EXPECT_FALSE(budget.take(start + 999ms));
-  EXPECT_TRUE(budget.take(start + 1s));
-  EXPECT_TRUE(budget.take(start + 1500ms));
-}
-
-TEST(AddressTable, CountsByAddressAndByNetwork) {
-  AddressTable table(2);
-  const auto key = [](const char* text) { return AddressTable::Key(asio::ip::make_address(text)); };
-  EXPECT_TRUE(table.enter(key("192.0.2.1")));
-  EXPECT_TRUE(table.enter(key("::ffff:192.0.2.1"))) << "the same address in another dress";
-  EXPECT_FALSE(table.enter(key("192.0.2.1")));
-  EXPECT_TRUE(table.enter(key("192.0.2.2")));
-  EXPECT_TRUE(table.enter(key("2001:db8:1:2::1")));
-  EXPECT_TRUE(table.enter(key("2001:db8:1:2:ffff::9")));
-  EXPECT_FALSE(table.enter(key("2001:db8:1:2::3"))) << "the same network";
-  EXPECT_TRUE(table.enter(key("2001:db8:1:3::1")));
-  table.leave(key("192.0.2.1"));
-  EXPECT_TRUE(table.enter(key("192.0.2.1")));
-  EXPECT_EQ(table.addresses(), 4U);
-  table.leave(key("192.0.2.2"));
-  EXPECT_EQ(table.addresses(), 3U) << "who has left takes no memory";
-}
-
 /// A modem is sent no more than its line takes in less than half a second; who answers fast may take all there is.
 TEST(UnderWay, IsWhatIsTakenInARoundTripAndAQuarterOfASecond) {
   const std::size_t first = 4'096;
@@ -143,4 +115,4 @@ TEST(UnderWay, IsWhatIsTakenInARoundTripAndAQuarterOfASecond) {
 }
 
 }  // namespace
-}  // namespace pmcd::net
+}  // namespace pmcd::turns
