@@ -41,6 +41,7 @@ _ROOMS = [
         "rule.h", "keyed_rule.h", "request.h", "clients.h", "mesh_profile.h", "key_map.h", "sorted_blocks.h",
         "virtual_server.h", "words.h")))),
     Room("daemon/scheduler", own=("daemon/scheduler/",)),
+    Room("daemon/turns", own=("daemon/turns/", "daemon/scheduler/"), not_own=("daemon/scheduler/rules/",)),
     Room("daemon/store", own=("daemon/store/", "proto/", "codec/packet/", "codec/result.h"), foreign=("",)),
     Room("daemon/net", own=("daemon/", "proto/", "codec/packet/", "codec/result.h"),
          not_own=("daemon/scheduler/rules/",), foreign=("",)),
@@ -49,7 +50,7 @@ _ROOMS = [
     Room("client", own=("client/", "codec/", "proto/"), not_own=("client/tool/", "codec/import/"), foreign=("",)),
     Room("admin-cli", own=("admin-cli/", "client/", "codec/", "proto/"), not_own=("client/tool/",), foreign=("",)),
     Room("examples", own=(), foreign=("",)),  # a stranger's programs: nothing but what is installed
-    Room("sim", own=("sim/", "daemon/scheduler/"), foreign=("",)),
+    Room("sim", own=("sim/", "daemon/scheduler/", "daemon/turns/"), foreign=("",)),
     Room("bench", own=("",), not_own=("tests/",), foreign=("",)),
     Room("tests", own=("",), not_own=("bench/",), foreign=("",), may_use_cgal=True),
 ]
@@ -86,8 +87,9 @@ def complaints(root):
             complaint = _complaint(room, bracket, header, own_folders)
             if complaint:
                 found.append(f"{path}: {complaint}")
-        if tree.inside(path, "daemon/scheduler") and _CLOCK.search(source):
-            found.append(f"{path}: the scheduler has no clock of its own")
+        for folder in ("daemon/scheduler", "daemon/turns"):
+            if tree.inside(path, folder) and _CLOCK.search(source):
+                found.append(f"{path}: {folder} has no clock of its own")
         if path.suffix == ".h" and "#pragma once" not in source:
             found.append(f"{path}: no #pragma once")
     return found
@@ -99,7 +101,7 @@ class Includes(unittest.TestCase):
 
     def test_the_rooms_are_looked_at(self):
         """A wall round an empty room proves nothing: the parser has to find the includes that are there."""
-        for folder in ("codec", "proto", "daemon/scheduler", "client"):
+        for folder in ("codec", "proto", "daemon/scheduler", "daemon/turns", "client"):
             found = [header for path in tree.cpp_files(tree.ROOT) if tree.inside(path, folder)
                      for _, header in tree.includes(tree.text(tree.ROOT, path))]
             self.assertGreater(len(found), 5, folder)
@@ -129,6 +131,11 @@ class IncludeCheck(ScratchTree):
         self.accept("daemon/scheduler/a.h", "#include <chrono>", '#include "daemon/scheduler/rules/fifo.h"')
         self.refuse("daemon/scheduler/a.h", '#include "daemon/store/store.h"', '#include "daemon/net/session.h"',
                     "#include <sqlite3.h>", "auto now = std::chrono::steady_clock::now();")
+
+    def test_turns(self):
+        self.accept("daemon/turns/a.h", "#include <chrono>", '#include "daemon/scheduler/scheduler.h"')
+        self.refuse("daemon/turns/a.h", '#include "daemon/scheduler/rules/fifo.h"', '#include "daemon/net/session.h"',
+                    "#include <boost/asio.hpp>", "auto now = std::chrono::steady_clock::now();")
 
     def test_rules_know_only_the_request_view(self):
         self.accept("daemon/scheduler/rules/a.h", '#include "daemon/scheduler/rule.h"')
