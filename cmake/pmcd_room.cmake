@@ -31,6 +31,36 @@ function(pmcd_room target)
   endif()
 endfunction()
 
+# Headers, read again for each source, were a third of a build's time. Off in the preset `dev`, where one source is edited.
+option(PMCD_UNITY "compile a few sources of a program or test at a time" ON)
+
+# pmcd_few_at_a_time(<target>): its sources. Not all: a long last object leaves the other cores without work. Not for the
+# libraries that others link, where each source is to stand by itself.
+function(pmcd_few_at_a_time target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${PMCD_UNITY} UNITY_BUILD_BATCH_SIZE 5)
+  if(PMCD_UNITY)
+    # g++ takes the sources for headers then, and warns of their anonymous namespaces.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()
+
+# pmcd_not_hot(<target>): a sanitizer's checks take longer to optimise than to run, and no fuzzer is guided by it.
+function(pmcd_not_hot target)
+  if(PMCD_SANITIZE)
+    target_compile_options(${target} PRIVATE -O0)
+  endif()
+  if(PMCD_FUZZ)
+    target_compile_options(${target} PRIVATE -fno-sanitize=fuzzer-no-link)
+  endif()
+endfunction()
+
+# pmcd_program(<target>): a program, or the library of one, of which nothing runs for long.
+function(pmcd_program target)
+  pmcd_room(${target})
+  pmcd_few_at_a_time(${target})
+  pmcd_not_hot(${target})
+endfunction()
+
 # pmcd_asio(<target>): Boost 1.74's Asio with C++20 coroutines, under gcc and clang alike.
 function(pmcd_asio target)
   target_compile_definitions(${target} PUBLIC BOOST_ASIO_NO_DEPRECATED BOOST_ASIO_HAS_CO_AWAIT

@@ -157,6 +157,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
 
 awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeeper::change(
     std::optional<PolicyLayer> layer, std::optional<std::int64_t> reverts, proto::ChangeTerms terms, PeerIdentity who) {
+  const auto begun = Clock::now();
   if (terms.if_version && *terms.if_version != static_cast<std::uint64_t>(version_)) {
     co_return Refusal{proto::ErrorCode::version_changed, "the rule's version is " + std::to_string(version_) +
                                                              ", not " + std::to_string(*terms.if_version)};
@@ -206,6 +207,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
   resolved_ = std::move(resolved);
   change.changed = true;
   apply_(resolved_.policy);
+  change.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   co_return change;
 }
 

@@ -51,6 +51,7 @@ RuleCommands::Answer changed(std::uint32_t id, const std::variant<PolicyKeeper::
   auto answer = with(id, change_json(change, dry_run, uplink));
   answer.about = scheduler::text_of(change.before.policy) + " -> " + scheduler::text_of(change.after.policy);
   if (dry_run) answer.about += " (dry run)";
+  if (change.seconds > 0) answer.about += fmt::format(" in {:.1f} ms", change.seconds * 1000);
   if (!dry_run && !change.changed) answer.about = "as it was";
   return answer;
 }

@@ -121,6 +121,7 @@ std::string rule_json(const PolicyKeeper::Report& report, const UplinkView& upli
 std::string change_json(const PolicyKeeper::Change& change, bool dry_run, const UplinkView& uplink) {
   return dumped({{"changed", change.changed},
                  {"dry_run", dry_run},
+                 {"seconds", change.seconds},
                  {"warnings", change.warnings},
                  {"before", policy_object(change.before, uplink)},
                  {"after", policy_object(change.after, uplink)}});
