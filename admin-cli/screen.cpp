@@ -57,6 +57,7 @@ void stop(int) {
   put(kLeave);
   ::kill(::getpid(), SIGSTOP);
   put(kEnter);
+  ::raise(SIGWINCH);  // what was drawn is gone
   errno = kept;
 }
 
@@ -82,12 +83,20 @@ Screen::Screen() {
   for (const int number : {SIGTERM, SIGHUP, SIGQUIT}) on(number, end_by, kOnce);
   on(SIGTSTP, stop, 0);
   on(SIGWINCH, wake, 0);
+  // Only rest_until() lets it in: between a picture and the rest it would be lost.
+  sigset_t window;
+  ::sigemptyset(&window);
+  ::sigaddset(&window, SIGWINCH);
+  ::sigprocmask(SIG_BLOCK, &window, &mask_before_);
+  mask_at_rest_ = mask_before_;
+  ::sigdelset(&mask_at_rest_, SIGWINCH);
   put(kEnter);
 }
 
 Screen::~Screen() {
   put(kLeave);
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGWINCH}) on(number, SIG_DFL, 0);
+  ::sigprocmask(SIG_SETMASK, &mask_before_, nullptr);
 }
 
 ScreenSize Screen::size() const {
@@ -107,9 +116,11 @@ void Screen::draw(const Lines& lines) const {
 
 bool Screen::rest_until(std::chrono::steady_clock::time_point end) const {
   for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    const std::chrono::nanoseconds left = end - std::chrono::steady_clock::now();
     if (left.count() <= 0) return true;
-    if (::poll(nullptr, 0, static_cast<int>(std::min<std::int64_t>(left.count(), 60'000))) < 0) return false;
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+    const timespec limit{seconds.count(), (left - seconds).count()};
+    if (::ppoll(nullptr, 0, &limit, &mask_at_rest_) < 0) return false;
   }
 }
 

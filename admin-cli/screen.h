@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <csignal>
 
 #include "admin-cli/watch_text.h"
 
@@ -29,6 +30,10 @@ class Screen {
 
   /// Rests until then. False when it ended early, because the terminal may have another size or lost its picture.
   [[nodiscard]] bool rest_until(std::chrono::steady_clock::time_point end) const;
+
+ private:
+  sigset_t mask_before_{};
+  sigset_t mask_at_rest_{};
 };
 
 }  // namespace pmcd::admin

@@ -64,7 +64,8 @@ TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
 
   auto admin = RawAdmin::open(server.admin_socket());
   std::mt19937 random(7);
-  std::vector<double> milliseconds;
+  std::vector<double> milliseconds;  ///< as this client sees it, on the same two cores as all the others
+  std::vector<double> inside;        ///< as the daemon measures it, from the command to the new policy in force
   std::uint64_t version = 0;
   for (unsigned i = 0; i < switches; ++i) {
     const auto message = random_policy(i + 1, random);
@@ -73,7 +74,10 @@ TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
     milliseconds.push_back(std::chrono::duration<double, std::milli>(Clock::now() - asked).count());
     const json answer = json::parse(text);
     ASSERT_EQ(answer["after"]["rule"], message.rule) << text;
-    if (answer["changed"]) ++version;
+    if (answer["changed"]) {
+      ++version;
+      inside.push_back(answer["seconds"].get<double>() * 1000);
+    }
     ASSERT_EQ(answer["after"]["version"], version);
   }
   over = true;
@@ -86,6 +90,10 @@ TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
   const double median = milliseconds[milliseconds.size() / 2];
   RecordProperty("switch_median_us", static_cast<int>(median * 1000));
   RecordProperty("switch_p99_us", static_cast<int>(milliseconds[milliseconds.size() * 99 / 100] * 1000));
+  std::sort(inside.begin(), inside.end());
+  RecordProperty("inside_median_us", static_cast<int>(inside[inside.size() / 2] * 1000));
+  RecordProperty("inside_p99_us", static_cast<int>(inside[inside.size() * 99 / 100] * 1000));
+  RecordProperty("inside_most_us", static_cast<int>(inside.back() * 1000));
   RecordProperty("fetched", static_cast<int>(fetched));
   RecordProperty("interrupted", static_cast<int>(waiting));
   if (!kSanitized) {
