@@ -43,6 +43,7 @@ RawConnection& RawConnection::operator=(RawConnection&& other) noexcept {
   std::swap(frames_, other.frames_);
   std::swap(buffer_, other.buffer_);
   std::swap(input_, other.input_);
+  std::swap(pause_, other.pause_);
   return *this;
 }
 
@@ -98,6 +99,7 @@ std::optional<RawFrame> RawConnection::read(milliseconds patience) {
       if (frame) return RawFrame{frame->type, proto::Bytes(frame->body.begin(), frame->body.end())};
       continue;
     }
+    if (pause_.count() > 0) std::this_thread::sleep_for(pause_);
     if (!wait_readable(fd_, deadline)) {
       ADD_FAILURE() << "nothing came for " << patience.count() << " ms";
       return std::nullopt;

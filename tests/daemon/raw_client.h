@@ -46,6 +46,8 @@ class RawConnection {
   bool send(proto::ByteView bytes);
   /// The next frame; none at the end of the stream, or (with a test failure) if nothing comes in time.
   std::optional<RawFrame> read(std::chrono::milliseconds patience = kPatience);
+  /// From now on read() takes from the socket only so often: 64 KiB at most each time.
+  void read_every(std::chrono::microseconds pause) { pause_ = pause; }
   /// Whether the peer closes the connection in time; frames before the end are skipped.
   bool closes(std::chrono::milliseconds patience = kPatience);
   /// Whether anything, a frame or the end, comes within `time`.
@@ -58,6 +60,7 @@ class RawConnection {
   proto::FrameReader frames_{proto::kMaxAdminFrame};
   proto::Bytes buffer_;
   proto::ByteView input_;
+  std::chrono::microseconds pause_{0};
 };
 
 /// The next frame as a message of type M; a failure fails the test and gives an empty message.

@@ -41,7 +41,10 @@ proto::AdminSetRule random_policy(std::uint32_t id, std::mt19937& random) {
   return message;
 }
 
-TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
+/// How often each client reads: 0, as fast as it can.
+class RuleSwitchUnder : public ::testing::TestWithParam<std::chrono::milliseconds> {};
+
+TEST_P(RuleSwitchUnder, AThousandTimesUnderFiftyClients) {
   constexpr std::size_t kClients = 50;
   const unsigned switches = rounds(1'000);
   ServerInThread server;
@@ -55,6 +58,7 @@ TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
     clients.emplace_back([&, i] {
       // Buffers of many sizes, so that some come to a standstill in the middle of a chunk.
       auto session = RawSession::open(server.request_port(), i % 3 == 0 ? 4'096 : 0);
+      session.data.read_every(GetParam());
       do {
         ASSERT_EQ(session.fetch("m"), mesh.packets) << "client " << i;
         ++fetched;
@@ -96,10 +100,14 @@ TEST(RuleSwitch, AThousandTimesUnderFiftyClients) {
   RecordProperty("inside_most_us", static_cast<int>(inside.back() * 1000));
   RecordProperty("fetched", static_cast<int>(fetched));
   RecordProperty("interrupted", static_cast<int>(waiting));
-  if (!kSanitized) {
-    EXPECT_LT(median, 10) << "with the commit to the disk";
-  }
+  if (kSanitized) return;
+  EXPECT_LT(median, 10) << "with the commit to the disk";
+  // Clients that read as fast as they can leave the daemon a small part of the cores, since they are on this machine.
+  EXPECT_TRUE(GetParam().count() == 0 || inside[inside.size() * 99 / 100] < 10);
 }
+
+INSTANTIATE_TEST_SUITE_P(Clients, RuleSwitchUnder,
+                         ::testing::Values(std::chrono::milliseconds(0), std::chrono::milliseconds(20)));
 
 TEST(RuleSwitch, IsRefusedByNameAndTheOldRuleGoesOn) {
   ServerInThread server;
