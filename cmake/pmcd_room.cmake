@@ -11,7 +11,7 @@ function(pmcd_room target)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
   if(CMAKE_UNITY_BUILD)
-    # Sources read as one see each other's names; the release build, which reads each by itself, does look at this.
+    # Sources read as one see each other's names; the release build does look at this.
     target_compile_options(${target} PRIVATE -Wno-shadow)
   endif()
   if(PMCD_SANITIZE)

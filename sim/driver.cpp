@@ -11,20 +11,16 @@ namespace {
 
 constexpr double kChunkHeader = 34;  ///< of proto/messages.h, its frame's header included
 constexpr double kTransferEnd = 13;
-constexpr std::uint64_t kLeastChunk = 512;
-constexpr std::uint64_t kLargestChunk = 64 * 1024;
-constexpr std::uint64_t kFirstChunk = 4 * 1024;  ///< to a client that is not measured
 constexpr double kPumpEvery = 0.05;
-constexpr double kAhead = 0.25;  ///< of a client that is not measured, where others want the uplink
 constexpr double kStall = 10;
 /// How often it is looked whether a turn is over that waits for its socket, where looks are not set finer.
 constexpr double kCoarseLook = 0.1;
 
-/// Sessions count from 1 as the daemon's do.
 }  // namespace
 
 Driver::Driver(const Scenario& scenario, scheduler::Policy policy, Uplink& uplink, Events& events)
     : scenario_(scenario), events_(events), scheduler_(std::move(policy)) {
+  limits_.chunk_seconds = scenario.chunk_seconds;
   sessions_.reserve(scenario.clients.size());
   for (const ClientPlan& client : scenario.clients) {
     sessions_.emplace_back(Channel(uplink, scenario.lines[client.line], scenario.tcp));
@@ -35,17 +31,13 @@ double Driver::round_trip(ClientId client) const {
   return scenario_.lines[scenario_.clients[client].line].round_trip;
 }
 
-std::uint64_t Driver::chunk_bytes(ClientId client) const {
+turns::ChunkSize Driver::chunk_size(ClientId client) const {
   const scheduler::Client* known = scheduler_.clients().find(session_of(client));
-  if (known == nullptr || !known->speed) return kFirstChunk;
-  return std::clamp(static_cast<std::uint64_t>(*known->speed * scenario_.chunk_seconds), kLeastChunk, kLargestChunk);
+  return turns::chunk_size(known == nullptr ? std::nullopt : known->speed, limits_);
 }
 
 double Driver::unsent_limit(ClientId client) const {
-  if (!scenario_.tcp.sockets_buffer) return 0;
-  const scheduler::Client* known = scheduler_.clients().find(session_of(client));
-  const double speed = known == nullptr ? 0 : known->speed.value_or(0);
-  return std::max(static_cast<double>(chunk_bytes(client)), speed * scenario_.chunk_seconds);
+  return scenario_.tcp.sockets_buffer ? static_cast<double>(chunk_size(client).unsent_bytes) : 0;
 }
 
 void Driver::request(ClientId client, std::uint32_t mesh, std::uint32_t packet, double now) {
@@ -114,7 +106,7 @@ void Driver::queue_chunk(Session& session, ClientId client, double now) {
     transfer.turn_is_new = false;
     transfer.turn_since = now;
   }
-  const std::uint64_t size = std::min(chunk_bytes(client), transfer.total - transfer.next);
+  const std::uint64_t size = std::min<std::uint64_t>(chunk_size(client).bytes, transfer.total - transfer.next);
   transfer.next += size;
   const bool is_last = transfer.next == transfer.total;
   const bool owed = session.acknowledged < session.channel.queued();
@@ -146,8 +138,8 @@ bool Driver::is_held_back(Session& session, ClientId client) {
   session.held_back = false;
   if (!shares || known == nullptr || known->speed) return false;
   const double guess = scheduler_.clients().guessed_speed(session_of(client)).value_or(0);
-  const double enough = std::max(2.0 * kFirstChunk, guess * (round_trip(client) + kAhead));
-  session.held_back = session.channel.queued() - session.acknowledged >= enough;
+  const auto enough = turns::enough_under_way(guess, scheduler_time(round_trip(client)), limits_.first_chunk_bytes);
+  session.held_back = session.channel.queued() - session.acknowledged >= static_cast<double>(enough);
   return session.held_back;
 }
 

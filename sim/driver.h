@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The daemon's side of the simulation: it drives the scheduler's own code as the daemon's dispatcher does, chunk by
-// chunk, from the request to the acknowledgement of the last byte. It makes no decision of a rule, and knows nothing of
-// what clients do with their packets.
+// The daemon's side of the simulation: it drives the scheduler's own code as the daemon's turns do, chunk by chunk,
+// from the request to the acknowledgement of the last byte. It makes no decision of a rule, and knows nothing of what
+// clients do with their packets.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "daemon/scheduler/scheduler.h"
+#include "daemon/turns/line.h"
 #include "sim/asked.h"
 #include "sim/channel.h"
 #include "sim/events.h"
@@ -121,13 +122,13 @@ class Driver {
   void drop(Session& session, ClientId client, double now);
 
   [[nodiscard]] double round_trip(ClientId client) const;
-  /// 100 ms of the client's speed.
-  [[nodiscard]] std::uint64_t chunk_bytes(ClientId client) const;
+  [[nodiscard]] turns::ChunkSize chunk_size(ClientId client) const;
   /// So many bytes may wait in the socket.
   [[nodiscard]] double unsent_limit(ClientId client) const;
 
   const Scenario& scenario_;
   Events& events_;
+  turns::Limits limits_;
   scheduler::Scheduler scheduler_;
   std::vector<Session> sessions_;
   scheduler::RequestKey next_key_ = 1;

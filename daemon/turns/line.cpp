@@ -23,6 +23,13 @@ std::size_t enough_under_way(double rate, Time round_trip, std::size_t first_chu
   return std::max(2 * first_chunk_bytes, static_cast<std::size_t>(std::min(rate * seconds, kMostBytes)));
 }
 
+ChunkSize chunk_size(std::optional<double> speed, const Limits& limits) {
+  if (!speed) return {limits.first_chunk_bytes, limits.first_chunk_bytes};
+  const auto part = static_cast<std::size_t>(std::min(*speed * limits.chunk_seconds, kMostBytes));
+  const std::size_t chunk = std::clamp(part, limits.least_chunk_bytes, limits.most_chunk_bytes);
+  return {chunk, std::max(chunk, part)};
+}
+
 void Line::taken_back(std::size_t payload_bytes) {
   while (payload_bytes > 0 && !chunks_.empty()) {
     payload_bytes -= std::min(payload_bytes, chunks_.back().payload);
@@ -61,11 +68,7 @@ bool Line::has_enough(std::optional<double> guess) {
 }
 
 std::size_t Line::chunk_bytes(std::optional<double> speed) {
-  const double part = std::min(speed.value_or(0) * limits_.chunk_seconds, kMostBytes);
-  const std::size_t chunk =
-      speed ? std::clamp(static_cast<std::size_t>(part), limits_.least_chunk_bytes, limits_.most_chunk_bytes)
-            : limits_.first_chunk_bytes;
-  const std::size_t bound = std::max(chunk, static_cast<std::size_t>(part));
+  const auto [chunk, bound] = chunk_size(speed, limits_);
   const std::size_t off = bound > unsent_bound_ ? bound - unsent_bound_ : unsent_bound_ - bound;
   if (unsent_bound_ == 0 || off > unsent_bound_ / kWorthTelling) {
     unsent_bound_ = bound;

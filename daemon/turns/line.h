@@ -21,6 +21,14 @@ namespace pmcd::turns {
 /// at the speed of the uplink, what lies in front of its line for seconds.
 std::size_t enough_under_way(double rate, Time round_trip, std::size_t first_chunk_bytes);
 
+/// To a client of that speed, bytes a second: a tenth of a second, within bounds; less is known of one that was not
+/// measured.
+struct ChunkSize {
+  std::size_t bytes = 0;
+  std::size_t unsent_bytes = 0;  ///< that its kernel may hold
+};
+ChunkSize chunk_size(std::optional<double> speed, const Limits& limits);
+
 class Line {
  public:
   /// REQUIRES: `stream` is not null; `limits` outlive it.
@@ -43,8 +51,7 @@ class Line {
   /// Whether all that was queued has left for the network. [one system call, if all is written]
   [[nodiscard]] bool sent() { return stream_->unwritten() == 0 && stream_->has_left(); }
 
-  /// For a client of that speed: a tenth of a second, within bounds; less is known of one that was not measured. Bounds
-  /// what the kernel holds unsent accordingly.
+  /// As chunk_size(); bounds what the kernel holds unsent accordingly.
   std::size_t chunk_bytes(std::optional<double> speed);
 
   /// Whether so much is under way to a client that was not measured, and is guessed to take `guess` bytes a second,
