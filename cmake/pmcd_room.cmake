@@ -57,7 +57,9 @@ endfunction()
 # pmcd_program(<target>): a program, or the library of one, of which nothing runs for long.
 function(pmcd_program target)
   pmcd_room(${target})
-  pmcd_few_at_a_time(${target})
+  if(NOT CMAKE_UNITY_BUILD) # which says by itself how many
+    pmcd_few_at_a_time(${target})
+  endif()
   pmcd_not_hot(${target})
 endfunction()
 
