@@ -54,7 +54,7 @@ function(pmcd_not_hot target)
   endif()
 endfunction()
 
-# pmcd_program(<target>): a program, or the library of one, of which nothing runs for long.
+# pmcd_program(<target>): a program, or the library of one, of which nothing runs for long in a build with sanitizers.
 function(pmcd_program target)
   pmcd_room(${target})
   if(NOT CMAKE_UNITY_BUILD) # which says by itself how many

@@ -2,6 +2,8 @@
 // From messages to what the keeper and the dispatcher are asked.
 #include "daemon/net/rule_commands.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <limits>
 #include <utility>

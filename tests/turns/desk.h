@@ -105,6 +105,13 @@ class Desk final : public Host {
       run();
     }
   }
+  /// The socket takes `bytes` every `pause`, `times` times.
+  void write_slowly(SessionKey session, std::uint64_t bytes, Time pause, int times) {
+    for (int i = 0; i < times; ++i) {
+      clock += pause;
+      write(session, bytes);
+    }
+  }
   void acknowledge(SessionKey session) {
     PaperStream& stream = *streams.at(session);
     stream.acknowledged = stream.sent = stream.written;

@@ -64,10 +64,7 @@ TEST(Turns, AQuantumEndsATurnAtAChunkBoundaryAndItGoesOnThere) {
 TEST(Turns, WithNobodyElseAQuantumEndsNothing) {
   Desk desk("fifo", 1, 50ms);
   const Key alone = desk.ask(1, 40'000);
-  for (int i = 0; i < 10; ++i) {
-    desk.clock += 60ms;
-    desk.write(1, kChunk);
-  }
+  desk.write_slowly(1, kChunk, 60ms, 10);
   EXPECT_EQ(desk.items[alone].interruptions, 0);
   EXPECT_TRUE(desk.items[alone].ended);
 }
@@ -77,10 +74,7 @@ TEST(Turns, WhatMayNotBeInterruptedIsNot) {
   desk.lists.insert(1);
   const Key list = desk.ask(1, 40'000);
   desk.ask(2, 3'000);
-  for (int i = 0; i < 12; ++i) {
-    desk.clock += 60ms;
-    desk.write(1, kChunk);
-  }
+  desk.write_slowly(1, kChunk, 60ms, 12);
   EXPECT_EQ(desk.items[list].interruptions, 0);
   EXPECT_TRUE(desk.items[list].ended);
 }
@@ -194,10 +188,7 @@ TEST(Turns, WhenTheDaemonEndsWhatRunsComesToItsEndAndNothingBegins) {
   const Key running = desk.ask(1, 40'000);
   const Key waiting = desk.ask(2, 3'000);
   desk.turns.drain();
-  for (int i = 0; i < 12; ++i) {
-    desk.clock += 60ms;
-    desk.write(1, kChunk);
-  }
+  desk.write_slowly(1, kChunk, 60ms, 12);
   desk.serve(1);
   EXPECT_TRUE(desk.items[running].released);
   EXPECT_EQ(desk.items[running].interruptions, 0);
