@@ -1,121 +1,24 @@
 // SPDX-License-Identifier: MIT
-// The rule is changed while clients fetch: nothing is lost, nothing comes twice, and nobody waits for the change.
+// What the commands that change the rule and look at its queue answer, and what a new rule does at once. Switches under
+// load: rule_switch_load_test.cpp.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "daemon/net/queue_view.h"
-#include "daemon/scheduler/registry.h"
 #include "proto/admin_rules.h"
 #include "tests/daemon/raw_client.h"
 #include "tests/daemon/server_in_thread.h"
-#include "tests/sanitized.h"
 
 namespace pmcd::test {
 namespace {
 
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
-
-proto::AdminSetRule random_policy(std::uint32_t id, std::mt19937& random) {
-  const auto one_of = [&random](const std::vector<std::string>& words) { return words[random() % words.size()]; };
-  const auto rules = scheduler::all_rules();
-  const scheduler::RuleEntry& rule = rules[random() % rules.size()];
-  proto::AdminSetRule message;
-  message.id = id;
-  message.rule = rule.name;
-  for (const scheduler::RuleOption& option : rule.options) {
-    message.options.push_back({std::string(option.name), one_of({option.words.begin(), option.words.end()})});
-  }
-  message.options.push_back({"quantum", one_of({"0", "1", "3", "50"})});
-  message.options.push_back({"aging", one_of({"0", "1"})});
-  message.options.push_back({"slots", one_of({"1", "2", "7", "auto"})});
-  message.options.push_back({"uplink", one_of({"0", "2000", "1000000"})});
-  return message;
-}
-
-/// How often each client reads: 0, as fast as it can.
-class RuleSwitchUnder : public ::testing::TestWithParam<std::chrono::milliseconds> {};
-
-TEST_P(RuleSwitchUnder, AThousandTimesUnderFiftyClients) {
-  constexpr std::size_t kClients = 50;
-  const unsigned switches = rounds(1'000);
-  ServerInThread server;
-  const FakeMesh mesh = fake_mesh(1, {400, 900, 5'000, 20'000, 70'000, 300'000, 600'000});
-  ASSERT_EQ(RawAdmin::open(server.admin_socket()).ingest("m", mesh), "ok");
-
-  std::atomic<bool> over = false;
-  std::atomic<std::size_t> fetched = 0;
-  std::vector<std::thread> clients;
-  for (std::size_t i = 0; i < kClients; ++i) {
-    clients.emplace_back([&, i] {
-      // Buffers of many sizes, so that some come to a standstill in the middle of a chunk. Who reads seldom has a large
-      // one: else it takes seconds for its turn.
-      auto session = RawSession::open(server.request_port(), i % 3 == 0 && GetParam().count() == 0 ? 4'096 : 0);
-      session.data.read_every(GetParam());
-      do {
-        ASSERT_EQ(session.fetch("m"), mesh.packets) << "client " << i;
-        ++fetched;
-      } while (!over);
-    });
-  }
-
-  auto admin = RawAdmin::open(server.admin_socket());
-  std::mt19937 random(7);
-  std::vector<double> milliseconds;  ///< as this client sees it, on the same two cores as all the others
-  std::vector<double> inside;        ///< as the daemon measures it, from the command to the new policy in force
-  std::uint64_t version = 0;
-  for (unsigned i = 0; i < switches; ++i) {
-    const auto message = random_policy(i + 1, random);
-    const auto asked = Clock::now();
-    const std::string text = admin.answer(proto::encode(message));
-    milliseconds.push_back(std::chrono::duration<double, std::milli>(Clock::now() - asked).count());
-    const json answer = json::parse(text);
-    ASSERT_EQ(answer["after"]["rule"], message.rule) << text;
-    if (answer["changed"]) {
-      ++version;
-      inside.push_back(answer["seconds"].get<double>() * 1000);
-    }
-    ASSERT_EQ(answer["after"]["version"], version);
-  }
-  // Whatever came last, nobody has to wait long for the rest.
-  proto::AdminSetRule last;
-  last.id = switches + 1;
-  last.rule = "fair";
-  last.options = {{"slots", "auto"}, {"quantum", "50"}};
-  EXPECT_TRUE(json::parse(admin.answer(proto::encode(last)))["changed"]);
-  over = true;
-  for (std::thread& client : clients) client.join();
-
-  EXPECT_GE(fetched, kClients);
-  const auto waiting = server.ask([](net::Server& one) { return one.interruptions(); });
-  EXPECT_GT(waiting, 0U) << "no transfer was interrupted";
-  std::sort(milliseconds.begin(), milliseconds.end());
-  const double median = milliseconds[milliseconds.size() / 2];
-  RecordProperty("switch_median_us", static_cast<int>(median * 1000));
-  RecordProperty("switch_p99_us", static_cast<int>(milliseconds[milliseconds.size() * 99 / 100] * 1000));
-  std::sort(inside.begin(), inside.end());
-  RecordProperty("inside_median_us", static_cast<int>(inside[inside.size() / 2] * 1000));
-  RecordProperty("inside_p99_us", static_cast<int>(inside[inside.size() * 99 / 100] * 1000));
-  RecordProperty("inside_most_us", static_cast<int>(inside.back() * 1000));
-  RecordProperty("fetched", static_cast<int>(fetched));
-  RecordProperty("interrupted", static_cast<int>(waiting));
-  if (kSanitized) return;
-  EXPECT_LT(median, 10) << "with the commit to the disk";
-  // Clients that read as fast as they can leave the daemon a small part of the cores, since they are on this machine,
-  // as does another test beside this one: by itself, 99 of 100 take less than that.
-  EXPECT_TRUE(GetParam().count() == 0 || inside[inside.size() * 95 / 100] < 10);
-}
-
-INSTANTIATE_TEST_SUITE_P(Clients, RuleSwitchUnder,
-                         ::testing::Values(std::chrono::milliseconds(0), std::chrono::milliseconds(20)));
 
 TEST(RuleSwitch, IsRefusedByNameAndTheOldRuleGoesOn) {
   ServerInThread server;
