@@ -68,6 +68,14 @@ std::string share_text(std::optional<double> share) {
   return digits(std::clamp(*share, 0.0, 1.0) * 100, 1) + " %";
 }
 
+std::string weight_text(std::optional<double> weight) {
+  if (!weight || !std::isfinite(*weight)) return kNone;
+  std::string text = digits(*weight, 3);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
 std::string bar_text(double filled, std::size_t width) {
   const double part = std::isfinite(filled) ? std::clamp(filled, 0.0, 1.0) : 0.0;
   const auto full = static_cast<std::size_t>(part * static_cast<double>(width));

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <string>
+#include <system_error>
 
 #include "admin-cli/arguments.h"
 
@@ -14,6 +16,19 @@ inline CLI::Validator is_number() {
   return CLI::Validator(
       [](const std::string& text) {
         return parse_number(text) ? std::string() : "\"" + text + "\" is no whole number, or too large";
+      },
+      "");
+}
+
+/// A number of that range. CLI11's own check lets "nan" pass.
+inline CLI::Validator is_from_to(double least, double most, const std::string& range) {
+  return CLI::Validator(
+      [=](const std::string& text) {
+        double number = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        const bool right =
+            error == std::errc() && end == text.data() + text.size() && number >= least && number <= most;
+        return right ? std::string() : "\"" + text + "\" is no number from " + range;
       },
       "");
 }

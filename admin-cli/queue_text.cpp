@@ -76,7 +76,7 @@ Lines clients_lines(const ordered_json& document) {
   std::vector<Lines> rows;
   for (const ordered_json& client : rows_of(document, "clients")) {
     rows.push_back({field(client, "client"), field(client, "address"), rate_text(number_of(client, "speed_kbit")),
-                    rate_text(number_of(client, "taking_kbit")), field(client, "weight"),
+                    rate_text(number_of(client, "taking_kbit")), weight_text(number_of(client, "weight")),
                     bytes_text(number_of(client, "bytes")), share_text(number_of(client, "share")), level_text(client),
                     field(client, "waiting"), field(client, "running"),
                     seconds_text(number_of(client, "connected_seconds")), field(client, "mesh")});
@@ -109,8 +109,8 @@ Lines explain_lines(const ordered_json& document) {
 }
 
 std::string weight_line(const ordered_json& document) {
-  return "client " + field(document, "client") + ": weight " + field(document, "before") + " -> " +
-         field(document, "weight");
+  return "client " + field(document, "client") + ": weight " + weight_text(number_of(document, "before")) + " -> " +
+         weight_text(number_of(document, "weight"));
 }
 
 }  // namespace pmcd::admin

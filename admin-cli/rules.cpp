@@ -47,7 +47,7 @@ void print_change(const ordered_json& document) {
 
 /// What is wrong with an option, for the command line; empty if nothing.
 std::string option_complaint(const std::string& text) {
-  return parse_option(text) ? "" : "\"" + text + "\" is not NAME=VALUE";
+  return parse_option(text) ? "" : "\"" + text + "\" is not NAME=VALUE of at most 255 bytes each";
 }
 
 int set_rule(const Common& common, const Change& change) {

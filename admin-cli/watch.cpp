@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The command watch: rule, clients and queue again and again over one connection; a live view on a terminal, one
-// snapshot after the other elsewhere.
+// The command watch: rule, clients and queue again and again; a live view on a terminal, one snapshot after the other
+// elsewhere.
 #include <chrono>
 #include <cstdint>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 #include <variant>
@@ -28,7 +29,12 @@ struct WatchCommand {
   std::uint64_t count = 0;  ///< snapshots; 0: without end
 };
 
-std::variant<Snapshot, Failure> take_snapshot(Conversation& conversation) {
+/// Over a connection of its own: the daemon closes one on which nothing comes for minutes, and whoever watches may look
+/// that seldom, or be stopped by Ctrl-Z.
+std::variant<Snapshot, Failure> take_snapshot(const std::string& socket) {
+  auto opened = Conversation::open(socket);
+  if (auto* failed = std::get_if<Failure>(&opened)) return std::move(*failed);
+  auto& conversation = std::get<Conversation>(opened);
   auto rule = conversation.ask(proto::AdminRule{});
   if (auto* failed = std::get_if<Failure>(&rule)) return std::move(*failed);
   auto clients = conversation.ask(proto::AdminClients{});
@@ -69,16 +75,13 @@ void draw_until(const Screen& screen, const Snapshot& snapshot, steady_clock::ti
 
 /// Answers why it ended, or nothing after `count` snapshots.
 std::optional<Failure> watch(const Common& common, const WatchCommand& command) {
-  auto opened = Conversation::open(common.socket);
-  if (auto* failed = std::get_if<Failure>(&opened)) return std::move(*failed);
-  auto& conversation = std::get<Conversation>(opened);
   const auto interval =
       std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double>(command.interval_s));
   Log log(common.json);
   std::optional<Screen> screen;  // the terminal stays as it is until there is something to show
   for (std::uint64_t number = 1;; ++number) {
     const auto next = steady_clock::now() + interval;
-    const auto taken = take_snapshot(conversation);
+    const auto taken = take_snapshot(common.socket);
     if (const auto* failed = std::get_if<Failure>(&taken)) return *failed;
     const auto& snapshot = std::get<Snapshot>(taken);
     const bool last = number == command.count;
@@ -99,8 +102,8 @@ std::optional<Failure> watch(const Common& common, const WatchCommand& command) 
 void add_watch(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("watch", "Show rule, clients and queue live, until Ctrl-C");
   const auto command = std::make_shared<WatchCommand>();
-  sub->add_option("--interval", command->interval_s, "Seconds from one look to the next")
-      ->check(CLI::Range(0.1, 3600.0))
+  sub->add_option("--interval", command->interval_s, "Seconds from one look to the next, 0.1 to 3600")
+      ->check(is_from_to(0.1, 3600, "0.1 to 3600"))
       ->capture_default_str()
       ->type_name("S");
   sub->add_option("--count", command->count, "End after this many; without it, never")

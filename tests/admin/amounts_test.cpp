@@ -47,6 +47,14 @@ TEST(Amounts, Shares) {
   EXPECT_EQ(share_text(7.0), "100.0 %");
 }
 
+TEST(Amounts, Weights) {
+  EXPECT_EQ(weight_text(1.0), "1");
+  EXPECT_EQ(weight_text(0.001), "0.001");
+  EXPECT_EQ(weight_text(2.5), "2.5");
+  EXPECT_EQ(weight_text(12'345.678), "12345.678");
+  EXPECT_EQ(weight_text(1'000'000.0), "1000000");
+}
+
 TEST(Amounts, NoneIsADash) {
   const double nan = std::nan("");
   const double infinite = std::numeric_limits<double>::infinity();
@@ -55,6 +63,7 @@ TEST(Amounts, NoneIsADash) {
     EXPECT_EQ(bytes_text(none), "-");
     EXPECT_EQ(seconds_text(none), "-");
     EXPECT_EQ(share_text(none), "-");
+    EXPECT_EQ(weight_text(none), "-");
   }
 }
 

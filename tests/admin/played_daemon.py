@@ -42,13 +42,14 @@ class PlayedDaemon:
         return self
 
     def __exit__(self, *_):
-        self.hang_up()
-        self._listener.close()
+        self.go()
         self._folder.cleanup()
         if self.wrong:
             raise AssertionError(self.wrong)
 
-    def hang_up(self):
+    def go(self):
+        """No connection is taken any more, and those that are there end."""
+        self._listener.close()
         for peer in self._peers:
             try:
                 peer.shutdown(socket.SHUT_RDWR)

@@ -53,7 +53,8 @@ _REFUSED_HERE = [
     ("history --most -1", "--most"), ("history --most 4294967296", "--most"), ("explain", "client is required"),
     ("explain bunny", "client"), ("weight 7", "weight is required"), ("weight 7 0", "0.001 to 1000000"),
     ("weight 7 1000000.001", "0.001 to 1000000"), ("weight 7 0.0001", "0.001 to 1000000"),
-    ("watch --interval 0", "--interval"), ("watch --count -1", "--count"), ("queue 7", "7"),
+    ("watch --interval 0", "--interval"),
+    ("watch --interval nan", '"nan" is no number from 0.1 to 3600'), ("watch --count -1", "--count"), ("queue 7", "7"),
 ]
 
 

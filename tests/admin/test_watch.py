@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""pmcctl watch: one connection, snapshots where there is no terminal, a picture where there is one, and a terminal that
+"""pmcctl watch: snapshots where there is no terminal, a picture where there is one, and a terminal that
 is left as it was found however the program ends. What stands in a picture is tested in watch_text_test.cpp.
 """
 
@@ -80,7 +80,7 @@ def pictures(seen):
 
 
 class NoTerminal(unittest.TestCase):
-    def test_snapshots_over_one_connection(self):
+    def test_snapshots_each_over_a_connection_of_its_own(self):
         with PlayedDaemon(_ANSWERS) as daemon:
             begun = time.monotonic()
             ended = pmcctl("watch", "--interval", "0.3", "--count", "3", daemon=daemon)
@@ -90,9 +90,9 @@ class NoTerminal(unittest.TestCase):
             snapshots = ended.stdout.split("\n\nfifo ")
             self.assertEqual(len(snapshots), 3)
             self.assertEqual([s.count("bunny") for s in snapshots], [30, 30, 30])
-            self.assertEqual(daemon.lines, 1)
+            self.assertEqual(daemon.lines, 3)
             self.assertEqual([m.name for m in daemon.asked], ["admin_rule", "admin_clients", "admin_queue"] * 3)
-            self.assertEqual([m.id for m in daemon.asked], list(range(1, 10)))
+            self.assertEqual([m.id for m in daemon.asked], [1, 2, 3] * 3)
 
     def test_json_is_a_document_a_line(self):
         with PlayedDaemon(_ANSWERS) as daemon:
@@ -177,9 +177,9 @@ class OnATerminal(unittest.TestCase):
     def test_a_daemon_that_goes_is_told_on_the_terminal_that_was(self):
         with PlayedDaemon(_ANSWERS) as daemon, Terminal(daemon) as terminal:
             terminal.read(b"\x1b[J")
-            daemon.hang_up()
+            daemon.go()
             self.assertEqual(terminal.end(), 4)
-            self.assertIn(b"closed the connection", terminal.seen.rpartition(_LEAVE)[2])
+            self.assertIn(b"no daemon answers", terminal.seen.rpartition(_LEAVE)[2])
 
     def test_a_terminal_without_escapes_gets_none(self):
         with PlayedDaemon(_ANSWERS) as daemon, Terminal(daemon, "--count", "1", term="dumb") as terminal:
