@@ -125,13 +125,21 @@ std::optional<RequestKey> Scheduler::next(Time now) const {
   return rule_->next();
 }
 
-std::optional<Request> Scheduler::take(Time now, std::size_t taken_slots) {
+std::optional<RequestKey> Scheduler::due(Time now, std::size_t taken_slots) const {
   if (!has_slot(now, taken_slots)) return std::nullopt;
-  const std::optional<RequestKey> key = next(now);
-  if (!key) return std::nullopt;
-  Entry& entry = *entry_of(*key);
+  return next(now);
+}
+
+Request Scheduler::begin(RequestKey key, Time now) {
+  Entry& entry = *entry_of(key);
   start(entry, now);
   return entry.request;
+}
+
+std::optional<Request> Scheduler::take(Time now, std::size_t taken_slots) {
+  const std::optional<RequestKey> key = due(now, taken_slots);
+  if (!key) return std::nullopt;
+  return begin(*key, now);
 }
 
 bool Scheduler::has_slot(Time now, std::size_t taken_slots) const {

@@ -39,14 +39,20 @@ class Scheduler {
   /// A waiting or parked request leaves. False if it is neither (unknown, or running). [O(log n)]
   bool withdraw(RequestKey key);
 
-  /// The request that goes next, which now holds a slot; none if all slots are taken or nothing waits. `taken_slots`:
-  /// slots that the caller holds for other things. [O(log n); with slots=auto O(running) too, at most twenty times a
-  /// second]
+  /// The request that goes next; none if all slots are taken or nothing waits. `taken_slots`: slots that the caller
+  /// holds for other things. [O(1); with slots=auto O(running), at most twenty times a second]
+  [[nodiscard]] std::optional<RequestKey> due(Time now, std::size_t taken_slots = 0) const;
+  /// It holds a slot now. Want of memory leaves it so: then its session is to be removed. REQUIRES: it is due.
+  /// [O(log n)]
+  Request begin(RequestKey key, Time now);
+  /// Both.
   std::optional<Request> take(Time now, std::size_t taken_slots = 0);
 
-  /// What is known of a client's data channel now: how fast it takes what it is sent. [O(log n)]
+  /// What is known of a client's data channel now: how fast it takes what it is sent. [O(log n), and where its
+  /// speed has changed as acknowledged()]
   void observe(SessionKey session, const SpeedSample& sample, Time now);
-  /// The client has acknowledged so many payload bytes more. [O(k log n) for k waiting requests of that client]
+  /// The client has acknowledged so many payload bytes more. [O(k log n) for k waiting requests of that client, and
+  /// what the rule says of its key]
   void acknowledged(SessionKey session, std::uint64_t payload_bytes, Time now);
   /// The operator gives a client another share. REQUIRES: weight > 0.
   void set_weight(SessionKey session, double weight, Time now);
@@ -97,7 +103,7 @@ class Scheduler {
   [[nodiscard]] double uplink() const { return surroundings_.uplink; }
   [[nodiscard]] const Clients& clients() const { return clients_; }
   /// Waiting requests in the order in which they would go now, with the reason of each, at most `most`; those that are
-  /// older than the policy's aging come first. [O(n)]
+  /// older than the policy's aging come first. [O(n log n)]
   [[nodiscard]] std::vector<Ranked> ranking(std::size_t most, Time now) const;
   /// nullptr if it is neither waiting nor running. Valid until the next change.
   [[nodiscard]] const Request* find(RequestKey key) const;

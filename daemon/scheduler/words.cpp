@@ -31,9 +31,4 @@ std::string bytes_text(std::uint64_t bytes) {
   return number_text(static_cast<double>(bytes) / (mega ? 1e6 : 1e3)) + (mega ? " MB" : " kB");
 }
 
-std::string rate_text(double bytes_a_second) {
-  const double bits = bytes_a_second * 8;
-  return bits >= 1e6 ? number_text(bits / 1e6) + " Mbit/s" : number_text(bits / 1e3) + " kbit/s";
-}
-
 }  // namespace pmcd::scheduler

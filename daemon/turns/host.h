@@ -52,7 +52,8 @@ class Host {
   virtual void end(Key key, bool is_cancelled) = 0;
   /// It is interrupted, and will have another turn.
   virtual void interrupted(Key key) = 0;
-  /// It is over and its slot free. Not called for those of a session that is gone.
+  /// It is over and its slot free. Not called for those that session_gone() has answered, but perhaps after it for
+  /// one whose end has ended the session.
   virtual void released(Key key) = 0;
   /// It cannot go on: mostly for want of memory. Is to end its session.
   virtual void broken(Key key, const std::exception& error) = 0;

@@ -60,7 +60,7 @@ class Line {
 
   bool held_back = false;  ///< a transfer has more to send, and waits for acknowledgements
   Pace pace;
-  Time look_at{0};  ///< when to look next
+  Time look_at{0};  ///< when to look next, while it is watched
   Time pause{0};
 
  private:

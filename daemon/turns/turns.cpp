@@ -55,18 +55,23 @@ void Turns::fail(Key key) {
 
 std::vector<Turns::Key> Turns::session_gone(SessionKey session) {
   std::vector<Key> keys = scheduler_.remove_session(session, host_.now());
-  for (const Key key : keys) running_.erase(key);
-  served_.erase(session);
-  watched_.erase(session);
+  for (const Key key : keys) {
+    running_.erase(key);
+    unhurried_.erase(key);
+  }
+  if (const auto turn = served_.find(session); turn != served_.end()) {
+    looks_.erase({turn->second.line.look_at, session});
+    served_.erase(turn);
+  }
   host_.pump_soon();
   return keys;
 }
 
 void Turns::pump() {
   while (!draining_) {
-    const auto request = scheduler_.take(host_.now(), host_.other_slots());
-    if (!request) break;
-    guarded(request->key, [&] { begin(*request); });
+    const auto key = scheduler_.due(host_.now(), host_.other_slots());
+    if (!key) break;
+    guarded(*key, [&] { begin(scheduler_.begin(*key, host_.now())); });
   }
   hurry();
 }
@@ -78,7 +83,7 @@ void Turns::begin(const scheduler::Request& request) {
   const bool owes = turn.line.pace.has_begun() && turn.line.owes();
   if (turn.running.empty() && !owes) turn.line.pace.begin(acknowledged, host_.now());
   turn.running.push_back(request.key);
-  watched_.insert(request.session);
+  set_look(request.session, turn.line, turn.line.look_at);
   Running running;
   running.session = request.session;
   running.next = request.offset_bytes;
@@ -162,6 +167,7 @@ void Turns::wait_again(Key key) {
 void Turns::end_sending(Key key) {
   Running& running = running_.at(key);
   running.stage = Stage::sent;
+  unhurried_.insert(key);
   const SessionKey session = running.session;
   host_.end(key, running.cancelled);
   const auto it = running_.find(key);
@@ -197,6 +203,7 @@ void Turns::release(Key key) {
   if (const auto turn = served_.find(it->second.session); turn != served_.end()) std::erase(turn->second.running, key);
   const std::uint64_t reached = it->second.next;
   running_.erase(it);
+  unhurried_.erase(key);
   scheduler_.fail(key, reached, host_.now());  // no effect when it was completed
   host_.released(key);
   host_.pump_soon();

@@ -22,7 +22,7 @@ constexpr Time kJudgeOften = milliseconds(5);
 
 void Turns::heard(SessionKey session) {
   const auto turn = served_.find(session);
-  if (turn == served_.end() || !watched_.contains(session)) return;
+  if (turn == served_.end() || !is_watched(session, turn->second.line)) return;
   look(session, turn->second.line, host_.now());
   settle(session);
 }
@@ -53,30 +53,41 @@ void Turns::settle(SessionKey session) {
     if (!running.cancelled) scheduler_.complete(key, host_.now());
     release(key);
   }
-  if (turn->second.running.empty() && !line.owes()) watched_.erase(session);
+  if (turn->second.running.empty() && !line.owes()) looks_.erase({line.look_at, session});
   // What acknowledgements have made room for: no write of the stream tells of it.
   if (line.held_back) progress(session);
 }
 
 void Turns::look_by(SessionKey session, Line& line, Time when) {
-  watched_.insert(session);
-  if (line.look_at > host_.now() && line.look_at <= when) return;
-  line.look_at = when;
+  const bool stands = line.look_at > host_.now() && line.look_at <= when;
+  set_look(session, line, stands ? line.look_at : when);
+  if (stands) return;
   if (when + kFirstPause >= polls_at_) return;
   polls_at_ = when;
   host_.poll_by(when);
 }
 
+void Turns::set_look(SessionKey session, Line& line, Time when) {
+  auto node = looks_.extract({line.look_at, session});
+  if (node.empty()) {
+    looks_.emplace(when, session);
+  } else {
+    node.value() = {when, session};
+    looks_.insert(std::move(node));
+  }
+  line.look_at = when;
+}
+
 void Turns::hurry() {
   if (draining_ || scheduler_.waiting() == 0 || scheduler_.has_slot(host_.now(), host_.other_slots())) return;
   const Time soon = host_.now() + kFirstPause;
-  for (auto& [key, running] : running_) {
-    if (running.stage != Stage::sent || running.hurried) continue;
-    running.hurried = true;
-    Line& line = served(running.session, key).line;
+  for (const Key key : unhurried_) {
+    const SessionKey session = running_.at(key).session;
+    Line& line = served(session, key).line;
     line.pause = kFirstPause;
-    look_by(running.session, line, soon);
+    look_by(session, line, soon);
   }
+  unhurried_.clear();
 }
 
 Time Turns::poll() {
@@ -84,15 +95,17 @@ Time Turns::poll() {
   const Time tick = std::clamp<Time>(Time(limits_.stall) / 8, kJudgeOften, kJudgeSeldom);
   if (!std::exchange(judges_, true)) judge_at_ = now + tick;
   std::vector<SessionKey> due;
-  for (const SessionKey session : watched_) {
-    if (served_.at(session).line.look_at <= now) due.push_back(session);
+  for (const auto& [when, session] : looks_) {
+    if (when > now) break;
+    due.push_back(session);
   }
+  std::sort(due.begin(), due.end());  // the order of the sessions is the same wherever a simulation runs
   for (const SessionKey session : due) {
     const auto turn = served_.find(session);
     if (turn == served_.end()) continue;
     Line& line = turn->second.line;
     line.pause = std::min(line.pause * 2 + kFirstPause, kLongestPause);
-    line.look_at = now + line.pause;
+    set_look(session, line, now + line.pause);
     look(session, line, now);
     settle(session);
   }
@@ -107,13 +120,13 @@ Time Turns::poll() {
   }
   judges_ = has_to_poll();
   polls_at_ = uplink_matters ? std::min(judge_at_, uplink_at_) : judge_at_;
-  for (const SessionKey session : watched_) polls_at_ = std::min(polls_at_, served_.at(session).line.look_at);
+  if (!looks_.empty()) polls_at_ = std::min(polls_at_, looks_.begin()->first);
   return polls_at_;
 }
 
 void Turns::judge(Time now) {
   std::vector<std::pair<SessionKey, Pace::Verdict>> dropped;
-  for (const SessionKey session : watched_) {
+  for (const auto& [when, session] : looks_) {
     Served& turn = served_.at(session);
     if (turn.running.empty() && !turn.line.owes()) continue;
     const std::uint64_t acknowledged = turn.line.stream().acknowledged_position();

@@ -31,7 +31,7 @@ class Fsp final : public Rule {
     advance(now);
     Begun* begun = begun_of(request);
     const bool made = begun == nullptr;
-    if (made) begun = &begin(request);
+    if (made) begun = &begin(request, client);
     const JobId job = begun->job;
     // A mesh asked for anew is a new job; a base packet that comes back to the queue is not.
     const bool anew = request.packet == 0 && begun->by != request.key;
@@ -80,9 +80,11 @@ class Fsp final : public Rule {
 
   void client_changed(const Client& client, std::span<const Request* const>, Time now) override {
     advance(now);
-    const Session* session = sessions_.find(client.session);
+    Session* session = sessions_.find(client.session);
     if (session == nullptr) return;
-    for (const JobId job : session->jobs) server_.set_cap(job, cap_of(client));
+    const double cap = cap_of(client);
+    if (std::exchange(session->cap, cap) == cap) return;
+    for (const JobId job : session->jobs) server_.set_cap(job, cap);
   }
 
   void finished(const Request& request, const Client&, Outcome outcome, std::span<const Request* const>,
@@ -128,6 +130,7 @@ class Fsp final : public Rule {
   struct Session {
     std::vector<Begun> begun;
     std::vector<JobId> jobs;  ///< of those, and of those that have ended; ascending
+    double cap = 0;           ///< of each of them
   };
 
   [[nodiscard]] Begun* begun_of(const Request& request) {
@@ -137,8 +140,9 @@ class Fsp final : public Rule {
                                  [&request](const Begun& one) { return one.mesh == request.mesh; });
     return it == session->begun.end() ? nullptr : &*it;
   }
-  Begun& begin(const Request& request) {
+  Begun& begin(const Request& request, const Client& client) {
     Session& session = *sessions_.emplace(request.session).first;
+    session.cap = cap_of(client);
     session.jobs.push_back(next_id_);
     return session.begun.emplace_back(Begun{request.mesh, next_id_++, request.key});
   }

@@ -14,7 +14,8 @@ namespace pmcd::scheduler {
 /// `until_percent` P (0: none), a client whose mesh has come down to P percent of its first level's error is good
 /// enough: it goes behind all that have not, and among its like the one goes first that can have the rest of its mesh
 /// soonest, which is reckoned with the same min(1, speed / uplink), from 0.4 on with 1: two that share the uplink show
-/// half of it each, and could have all. [O(log n) an event, O(packets of the mesh) when a request joins the queue]
+/// half of it each, and could have all. [O(log n) an event, and O(packets of the mesh) for each waiting request that
+/// joins the queue or whose client acknowledges something]
 /// Source: ours. W. E. Smith, Various optimizers for single-stage production (1956), shows that weight over time is the
 /// order of least weighted completion; the upper hull over the coming packets is that ratio where a small packet of
 /// little worth stands before one of much.
