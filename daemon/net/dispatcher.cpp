@@ -81,14 +81,14 @@ std::size_t Dispatcher::other_slots() {
 
 void Dispatcher::pump_soon() {
   if (pump_is_due_ || draining_) return;
-  pump_is_due_ = true;
   asio::post(tasks_.executor(), [this] {
     pump_is_due_ = false;
     turns_.pump();
     if (polls_ || !turns_.has_to_poll()) return;
-    polls_ = true;
     tasks_.spawn("turns", poll_turns());
+    polls_ = true;
   });
+  pump_is_due_ = true;
 }
 
 void Dispatcher::poll_by(turns::Time /*when*/) {
@@ -127,16 +127,28 @@ std::optional<turns::Content> Dispatcher::fetch(Key key) {
 }
 
 void Dispatcher::begin_reading(Key key, const char* name, awaitable<store::Result<SharedBytes>> answer) {
-  transfers_.at(key).bytes.reset();
-  tasks_.spawn(name, read(key, std::move(answer)));
-  // It may have been answered at once.
-  if (const auto it = transfers_.find(key); it != transfers_.end() && !it->second.bytes) it->second.is_reading = true;
+  Transfer& transfer = transfers_.at(key);
+  transfer.bytes.reset();
+  transfer.is_reading = true;
+  try {
+    tasks_.spawn(name, read(key, std::move(answer)));
+  } catch (...) {
+    transfer.is_reading = false;
+    throw;
+  }
 }
 
 awaitable<void> Dispatcher::read(Key key, awaitable<store::Result<SharedBytes>> answer) {
-  const OnExit over([this, key] {
-    if (abandoned_.erase(key) > 0) pump_soon();
-  });
+  try {
+    co_await serve_from_store(key, std::move(answer));
+  } catch (const std::exception& error) {
+    if (const auto it = transfers_.find(key); it != transfers_.end()) it->second.is_reading = false;
+    broken(key, error);
+  }
+  if (abandoned_.erase(key) > 0) pump_soon();
+}
+
+awaitable<void> Dispatcher::serve_from_store(Key key, awaitable<store::Result<SharedBytes>> answer) {
   auto bytes = co_await std::move(answer);
   auto it = transfers_.find(key);
   if (it == transfers_.end()) co_return;  // cancelled, or the session is gone

@@ -81,6 +81,8 @@ class Dispatcher : private turns::Host {
   /// Sets the task going that waits for what the store answers.
   void begin_reading(Key key, const char* name, awaitable<store::Result<SharedBytes>> answer);
   awaitable<void> read(Key key, awaitable<store::Result<SharedBytes>> answer);
+  /// Once the store has answered: the transfer goes on with that, or fails, if it is still there.
+  awaitable<void> serve_from_store(Key key, awaitable<store::Result<SharedBytes>> answer);
   /// `transfer` leaves. What the store still answers finds nobody, but has to be waited for: see other_slots().
   void forget(Key key);
   /// An interrupted transfer keeps its packet if no cache takes it, so that the next turn need not read it again: as

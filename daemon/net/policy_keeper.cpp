@@ -10,16 +10,13 @@
 #include <utility>
 
 #include "daemon/net/on_store.h"
+#include "daemon/store/wall_clock.h"
 #include "proto/text.h"
 
 namespace pmcd::net {
 namespace {
 
 using scheduler::PolicyLayer;
-
-std::int64_t seconds_since_1970() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 /// What a row of the history says, or none if this daemon does not understand it.
 std::optional<PolicyLayer> layer_of(const store::RuleChange& change) {
@@ -47,7 +44,7 @@ PolicyKeeper::PolicyKeeper(Executor executor, store::StoreThread& writer, Policy
       command_line_(std::move(sources.command_line)),
       config_file_(std::move(sources.config_file)),
       apply_(std::move(apply)),
-      started_at_(seconds_since_1970()),
+      started_at_(store::seconds_since_1970()),
       last_(std::move(sources.live.change)),
       version_(sources.live.version) {
   for (const store::DamagedChange& damaged : sources.live.damaged) {
@@ -165,7 +162,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
   Change change;
   change.before = report();
   change.warnings = warnings(layer);
-  store::RuleChange done{version_, seconds_since_1970(), std::nullopt, "", who.uid, who.pid, reverts};
+  store::RuleChange done{version_, store::seconds_since_1970(), std::nullopt, "", who.uid, who.pid, reverts};
   if (layer) {
     done.rule = layer->rule;
     done.options = scheduler::join_options(layer->options);
@@ -193,6 +190,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
       change.after = report();
       co_return change;
     }
+    change.before = report();  // another's change may have come before this one
   }
   const bool was_changed_here = std::exchange(changed_here_, true);
   auto resolved = resolve(layer, When::now);

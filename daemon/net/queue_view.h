@@ -16,7 +16,8 @@ struct RequestView {
   enum class State : std::uint8_t {
     running,
     waiting,
-    blocked,  ///< interrupted; waits again once its client has taken what was queued for it
+    blocked,  ///< cannot go now: interrupted until its client has taken what was queued for it, or behind another
+              ///< request of its client that runs
   };
   State state = State::waiting;
   std::size_t rank = 0;  ///< among the waiting, 1 is next; 0 for those that do not wait

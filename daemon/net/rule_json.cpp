@@ -179,12 +179,12 @@ std::string clients_json(const UplinkView& uplink, const std::vector<std::pair<S
 
 std::string explain_json(const scheduler::Policy& policy, const SessionView& session, const QueueView& queue) {
   Json requests = Json::array();
-  const RequestView* first = nullptr;
+  const RequestView* first = nullptr;  // of the client's own; what is blocked hides nothing that waits
   for (const RequestView& request : queue.requests) {
     Json object = request_object(request);
     if (request.client == session.key) {
       object["mine"] = true;
-      if (first == nullptr) first = &request;
+      if (first == nullptr || (first->state == RequestView::State::blocked && request.rank > 0)) first = &request;
     }
     requests.push_back(std::move(object));
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/net/on_exit.h"
+#include "daemon/store/wall_clock.h"
 
 namespace pmcd::net {
 namespace {
@@ -82,8 +83,7 @@ std::optional<std::string> Server::start() {
   request_port_ = requests_.local_endpoint().port();
   context_.data_port = data_.local_endpoint().port();
   started_ = Clock::now();
-  started_at_ =
-      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  started_at_ = store::seconds_since_1970();
   tasks_.spawn("leftovers", catalog_.collect_leftovers());
   spdlog::info("listening on {}, request port {}, data port {}, admin socket {}", options_.listen, request_port_,
                context_.data_port, options_.admin_socket);

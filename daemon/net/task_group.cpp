@@ -7,10 +7,18 @@
 #include <exception>
 
 namespace pmcd::net {
+namespace {
+
+/// co_spawn() of Boost 1.74 starts a task later, that of later ones at once when it can.
+awaitable<void> later(Executor executor, awaitable<void> task) {
+  co_await asio::post(executor, kUseAwaitable);
+  co_await std::move(task);
+}
+
+}  // namespace
 
 void TaskGroup::spawn(const char* name, awaitable<void> task) {
-  ++running_;
-  asio::co_spawn(executor_, std::move(task), [this, name](const std::exception_ptr& escaped) {
+  asio::co_spawn(executor_, later(executor_, std::move(task)), [this, name](const std::exception_ptr& escaped) {
     --running_;
     if (running_ == 0) idle_.notify();
     if (!escaped) return;
@@ -22,6 +30,7 @@ void TaskGroup::spawn(const char* name, awaitable<void> task) {
       spdlog::error("{}: ended by an unknown exception", name);
     }
   });
+  ++running_;
 }
 
 awaitable<bool> TaskGroup::wait_idle(Duration limit) {

@@ -16,8 +16,8 @@ class TaskGroup {
   TaskGroup(const TaskGroup&) = delete;
   TaskGroup& operator=(const TaskGroup&) = delete;
 
-  /// Starts `task`; an exception that leaves it is logged with `name` and ends that task only.
-  /// REQUIRES: the group outlives the task.
+  /// Starts `task`, later and not within this call; an exception that leaves it is logged with `name` and ends that
+  /// task only. REQUIRES: the group outlives the task.
   void spawn(const char* name, awaitable<void> task);
 
   [[nodiscard]] std::size_t running() const { return running_; }

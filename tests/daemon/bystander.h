@@ -3,29 +3,16 @@
 // milliseconds in a thread of its own.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
 #include <thread>
 #include <vector>
 
+#include "tests/daemon/latencies.h"
 #include "tests/daemon/raw_client.h"
 
 namespace pmcd::test {
-
-/// Times in ms, in ascending order.
-struct Latencies {
-  std::vector<double> sorted;
-
-  /// The time that a `share` (0 to 1) of all does not exceed.
-  [[nodiscard]] double quantile(double share) const {
-    if (sorted.empty()) return 0;
-    const auto at = static_cast<std::size_t>(share * static_cast<double>(sorted.size()));
-    return sorted[std::min(at, sorted.size() - 1)];
-  }
-};
 
 class Bystander {
  public:
@@ -39,8 +26,7 @@ class Bystander {
   Latencies stop() {
     stopped_ = true;
     if (thread_.joinable()) thread_.join();
-    std::sort(times_.begin(), times_.end());
-    return {times_};
+    return Latencies(times_);
   }
 
  private:

@@ -234,6 +234,10 @@ RawAdmin RawAdmin::open(const std::string& path) {
 
 std::string RawAdmin::answer(const proto::Bytes& request) {
   connection.send(request);
+  return read_answer();
+}
+
+std::string RawAdmin::read_answer() {
   std::string text;
   while (true) {
     const auto frame = connection.read();

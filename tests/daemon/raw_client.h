@@ -130,6 +130,8 @@ struct RawAdmin {
   static RawAdmin open(const std::string& path);
   /// The whole answer to a request, or "error: <code name>".
   std::string answer(const proto::Bytes& request);
+  /// The same to one that was sent before.
+  std::string read_answer();
   /// Ingests; "ok", "replaced", an error's code name, or "lost" if the connection ended.
   std::string ingest(const std::string& name, const FakeMesh& mesh, bool replace = false, std::size_t piece = 100'000);
 };

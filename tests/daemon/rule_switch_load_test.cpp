@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <ctime>
@@ -16,6 +15,7 @@
 
 #include "daemon/scheduler/registry.h"
 #include "proto/admin_rules.h"
+#include "tests/daemon/latencies.h"
 #include "tests/daemon/raw_client.h"
 #include "tests/daemon/server_in_thread.h"
 #include "tests/sanitized.h"
@@ -43,25 +43,12 @@ proto::AdminSetRule random_policy(std::uint32_t id, std::mt19937& random) {
   return message;
 }
 
-/// What each of many switches took, in milliseconds.
-class Times {
- public:
-  void add(double milliseconds) { all_.push_back(milliseconds); }
-  /// The time that `hundredths` of a hundred do not exceed: 50 is the median, 100 the longest.
-  [[nodiscard]] double at(std::size_t hundredths) {
-    std::sort(all_.begin(), all_.end());
-    return all_[std::min(all_.size() * hundredths / 100, all_.size() - 1)];
-  }
-  /// For bench/scheduler/switch, in microseconds.
-  void record(const std::string& name) {
-    ::testing::Test::RecordProperty(name + "_median_us", static_cast<int>(at(50) * 1000));
-    ::testing::Test::RecordProperty(name + "_p99_us", static_cast<int>(at(99) * 1000));
-    ::testing::Test::RecordProperty(name + "_most_us", static_cast<int>(at(100) * 1000));
-  }
-
- private:
-  std::vector<double> all_;
-};
+/// For bench/scheduler/switch, in microseconds.
+void record(const std::string& name, const Latencies& times) {
+  ::testing::Test::RecordProperty(name + "_median_us", static_cast<int>(times.quantile(0.5) * 1000));
+  ::testing::Test::RecordProperty(name + "_p99_us", static_cast<int>(times.quantile(0.99) * 1000));
+  ::testing::Test::RecordProperty(name + "_most_us", static_cast<int>(times.quantile(1) * 1000));
+}
 
 /// The core that the server's thread has had so far.
 class CoreClock {
@@ -111,22 +98,23 @@ TEST_P(RuleSwitchUnder, AThousandTimesUnderFiftyClients) {
   auto admin = RawAdmin::open(server.admin_socket());
   const CoreClock core(server);
   std::mt19937 random(7);
-  Times seen;    // by who asks, on the same cores as all the others
-  Times inside;  // as the daemon measures it, from the command to the new policy in force, commit included
-  Times work;    // of the server's thread from question to answer, whatever else it did then included
+  std::vector<double> asked_ms;  // by who asks, on the same cores as all the others
+  std::vector<double>
+      inside_ms;  // as the daemon measures it, from the command to the new policy in force, commit included
+  std::vector<double> work_ms;  // of the server's thread from question to answer, whatever else it did then included
   std::uint64_t version = 0;
   for (unsigned i = 0; i < switches; ++i) {
     const auto message = random_policy(i + 1, random);
     const auto asked = Clock::now();
     const double worked = core.milliseconds();
     const std::string text = admin.answer(proto::encode(message));
-    work.add(core.milliseconds() - worked);
-    seen.add(std::chrono::duration<double, std::milli>(Clock::now() - asked).count());
+    work_ms.push_back(core.milliseconds() - worked);
+    asked_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - asked).count());
     const json answer = json::parse(text);
     ASSERT_EQ(answer["after"]["rule"], message.rule) << text;
     if (answer["changed"]) {
       ++version;
-      inside.add(answer["seconds"].get<double>() * 1000);
+      inside_ms.push_back(answer["seconds"].get<double>() * 1000);
     }
     ASSERT_EQ(answer["after"]["version"], version);
   }
@@ -142,18 +130,21 @@ TEST_P(RuleSwitchUnder, AThousandTimesUnderFiftyClients) {
   EXPECT_GE(fetched, kClients);
   const auto interrupted = server.ask([](net::Server& one) { return one.interruptions(); });
   EXPECT_GT(interrupted, 0U) << "no transfer was interrupted";
-  seen.record("seen");
-  inside.record("inside");
-  work.record("work");
+  const Latencies seen(asked_ms);
+  const Latencies inside(inside_ms);
+  const Latencies work(work_ms);
+  record("seen", seen);
+  record("inside", inside);
+  record("work", work);
   RecordProperty("fetched", static_cast<int>(fetched));
   RecordProperty("interrupted", static_cast<int>(interrupted));
   if (kSanitized) return;
-  EXPECT_LT(work.at(95), 10);
-  EXPECT_LT(seen.at(50), 10) << "with the commit to the disk";
+  EXPECT_LT(work.quantile(0.95), 10);
+  EXPECT_LT(seen.quantile(0.5), 10) << "with the commit to the disk";
   // Clients that read as fast as they can are 50 threads that want the daemon's cores; it waits for them, not they for
   // it.
   if (GetParam().count() > 0) {
-    EXPECT_LT(inside.at(90), 10);
+    EXPECT_LT(inside.quantile(0.9), 10);
   }
 }
 

@@ -10,13 +10,16 @@
 #include <vector>
 
 #include "daemon/net/queue_view.h"
+#include "daemon/net/rule_json.h"
 #include "proto/admin_rules.h"
+#include "tests/daemon/busy_thread.h"
 #include "tests/daemon/raw_client.h"
 #include "tests/daemon/server_in_thread.h"
 
 namespace pmcd::test {
 namespace {
 
+using namespace std::string_literals;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
@@ -153,6 +156,62 @@ TEST(QueueView, IsShortenedButForTheClientsOwnAndTheNext) {
   for (const net::RequestView& request : queue.requests) ranks.push_back(request.rank);
   EXPECT_EQ(ranks, (std::vector<std::size_t>{0, 0, 1, 3}));
   EXPECT_EQ(queue.more, 13U);
+}
+
+/// What is blocked hides nothing that waits, and a client is next with whichever of its requests is.
+TEST(RuleJson, ExplainsTheBestOfTheClientsRequests) {
+  using State = net::RequestView::State;
+  const auto request = [](State state, std::size_t rank, std::uint64_t client) {
+    net::RequestView one;
+    one.state = state;
+    one.rank = rank;
+    one.client = client;
+    one.mesh = "m" + std::to_string(rank);
+    return one;
+  };
+  net::SessionView session;
+  session.key = 7;
+  const auto explained = [&](std::vector<net::RequestView> requests) {
+    net::QueueView queue;
+    queue.requests = std::move(requests);
+    const json answer = json::parse(net::explain_json(scheduler::Policy(), session, queue));
+    return std::pair(answer["next"].get<bool>(), answer["summary"].get<std::string>());
+  };
+  const auto blocked = request(State::blocked, 0, 7);
+  EXPECT_EQ(explained({blocked, request(State::waiting, 1, 7)}), std::pair(true, "is next with packet 0 of \"m1\": "s));
+  EXPECT_EQ(explained({blocked, request(State::waiting, 1, 8), request(State::waiting, 2, 7)}),
+            std::pair(false, "waits for packet 0 of \"m2\" behind 1 other: ; next is client 8: "s));
+  EXPECT_EQ(explained({request(State::running, 0, 7), blocked, request(State::waiting, 1, 7)}),
+            std::pair(true, "is being served: packet 0 of \"m0\""s));
+  EXPECT_EQ(explained({blocked, request(State::waiting, 1, 8)}),
+            std::pair(false, "was interrupted and has not taken yet what was sent of packet 0 of \"m0\""s));
+}
+
+/// Of two changes at once the later one says that the other's rule was in force before it.
+TEST(RuleSwitch, OfTwoAtOnceTheLaterFollowsTheEarlier) {
+  ServerInThread server;
+  auto one = RawAdmin::open(server.admin_socket());
+  auto other = RawAdmin::open(server.admin_socket());
+  proto::AdminSetRule lcfs;
+  lcfs.id = 4;
+  lcfs.rule = "lcfs";
+  proto::AdminSetRule fair = lcfs;
+  fair.rule = "fair";
+  {
+    const Busy writer(server.writer());
+    one.connection.send(proto::encode(lcfs));
+    other.connection.send(proto::encode(fair));
+    // Both wait for the store by then.
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  const json first = json::parse(one.read_answer());
+  const json second = json::parse(other.read_answer());
+  const bool in_order = first["after"]["version"] == 1;
+  const json& earlier = in_order ? first : second;
+  const json& later = in_order ? second : first;
+  EXPECT_EQ(earlier["before"]["rule"], "fifo");
+  EXPECT_EQ(later["before"], earlier["after"]);
+  EXPECT_EQ(later["after"]["version"], 2);
 }
 
 /// Of a long queue an explanation has the head, and the client's own requests wherever they stand.
