@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cstdint>
 #include <string>
 #include <system_error>
 
@@ -12,10 +13,11 @@
 namespace pmcd::admin {
 
 /// A whole number. CLI11 by itself takes "-1" for the largest one.
-inline CLI::Validator is_number() {
+inline CLI::Validator is_number(std::uint64_t most = UINT64_MAX) {
   return CLI::Validator(
-      [](const std::string& text) {
-        return parse_number(text) ? std::string() : "\"" + text + "\" is no whole number, or too large";
+      [most](const std::string& text) {
+        const auto number = parse_number(text);
+        return number && *number <= most ? std::string() : "\"" + text + "\" is no whole number, or too large";
       },
       "");
 }

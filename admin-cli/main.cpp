@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "admin-cli/commands.h"
 #include "codec/import/memory.h"
@@ -36,6 +38,12 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    // CLI11 only says that a command is missing.
+    const std::vector<std::string> unknown = app.remaining();
+    if (app.get_subcommands().empty() && !unknown.empty() && unknown.front().front() != '-') {
+      std::cerr << "there is no command \"" << unknown.front() << "\"; pmcctl --help lists them\n";
+      return pmcd::admin::kUsage;
+    }
     // Help and version are no errors; everything else is wrong usage.
     return app.exit(error) == 0 ? pmcd::admin::kDone : pmcd::admin::kUsage;
   }

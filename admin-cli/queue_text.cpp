@@ -109,8 +109,12 @@ Lines explain_lines(const ordered_json& document) {
 }
 
 std::string weight_line(const ordered_json& document) {
-  return "client " + field(document, "client") + ": weight " + weight_text(number_of(document, "before")) + " -> " +
-         weight_text(number_of(document, "weight"));
+  std::string line = "client " + field(document, "client") + ": weight " + weight_text(number_of(document, "before")) +
+                     " -> " + weight_text(number_of(document, "weight"));
+  if (document.contains("counts") && !is_true(document, "counts")) {
+    line += " (does not count now: the rule " + field(document, "rule") + " goes by no weights)";
+  }
+  return line;
 }
 
 }  // namespace pmcd::admin

@@ -99,7 +99,9 @@ std::string change_line(const ordered_json& document) {
   const bool dry_run = is_true(document, "dry_run");
   if (before == after) {
     if (is_true(document, "changed")) return "rule: " + after + " (now version " + field(after_rule, "version") + ")";
-    return "rule: " + after + (dry_run ? " (dry run: nothing would change)" : " (nothing changed)");
+    if (!dry_run) return "rule: " + after + " (nothing changed)";
+    if (is_true(document, "would_change")) return "rule: " + after + " (dry run: it would be a live change)";
+    return "rule: " + after + " (dry run: nothing would change)";
   }
   return "rule: " + before + " -> " + after + (dry_run ? " (dry run: nothing was changed)" : "");
 }

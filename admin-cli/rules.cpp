@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The commands about the distribution rule: rules, rule, set-rule, history, revert.
+#include <algorithm>
 #include <cstdint>
 #include <iostream>
 #include <memory>
@@ -24,12 +25,14 @@ constexpr const char* kSetRuleFooter =
     "Examples:\n"
     "  pmcctl set-rule fcsf --option burst=2 --option quantum=500\n"
     "  pmcctl set-rule gain --option slots=auto --dry-run\n"
+    "  pmcctl set-rule --keep --option uplink=19000\n"
     "  pmcctl set-rule fifo --if-version 3";
 
 struct Change {
   proto::ChangeTerms terms;
   std::string rule;
   std::vector<std::string> options;
+  bool keep = false;
   std::uint64_t number = 0;
 };
 
@@ -50,6 +53,24 @@ std::string option_complaint(const std::string& text) {
   return parse_option(text) ? "" : "\"" + text + "\" is not NAME=VALUE of at most 255 bytes each";
 }
 
+/// Adds what `request` does not name and `present`, the answer to `rule`, has: the rule, its own options if it stays
+/// the same, and those of every rule that were set live; what comes from the configuration goes on coming from there.
+/// And that nothing may change in between.
+void keep_rest(const ordered_json& present, proto::AdminSetRule& request) {
+  const auto text_of = [](const ordered_json& value) { return value.is_string() ? value.get<std::string>() : ""; };
+  const std::string rule = text_of(present.value("rule", ordered_json()));
+  if (request.rule.empty()) request.rule = rule;
+  const ordered_json sources = object_of(present, "sources");
+  const ordered_json options = object_of(present, "options");
+  for (const auto& [name, value] : options.items()) {
+    const bool kept = sources.contains(name) ? sources[name] == "live change" : request.rule == rule;
+    const bool given = std::any_of(request.options.begin(), request.options.end(),
+                                   [&name = name](const proto::RuleOptionText& option) { return option.name == name; });
+    if (kept && !given) request.options.push_back({name, text_of(value)});
+  }
+  if (!request.terms.if_version) request.terms.if_version = count_of(present, "version");
+}
+
 int set_rule(const Common& common, const Change& change) {
   proto::AdminSetRule request{0, change.terms, change.rule, {}};
   for (const std::string& text : change.options) {
@@ -66,11 +87,23 @@ int set_rule(const Common& common, const Change& change) {
   if (options.size() > proto::kMaxRuleOptions) {
     return report(common, "set-rule", {kUsage, proto::ErrorCode::none, "more than 64 options"});
   }
-  if (change.rule.empty() || change.rule.size() > kMaxRuleBytes) {
+  const bool is_named = !change.rule.empty();
+  if (!is_named && !change.keep) {
+    return report(common, "set-rule", {kUsage, proto::ErrorCode::bad_rule, "rule is required, or --keep"});
+  }
+  if (change.rule.size() > kMaxRuleBytes) {
     return report(common, "set-rule",
                   {kUsage, proto::ErrorCode::bad_rule, "this is no name of a rule; pmcctl rules lists them"});
   }
-  return run(common, "set-rule", std::move(request), print_change);
+  if (!change.keep) return run(common, "set-rule", std::move(request), print_change);
+
+  auto opened = Conversation::open(common.socket);
+  if (const auto* failed = std::get_if<Failure>(&opened)) return report(common, "set-rule", *failed);
+  auto& conversation = std::get<Conversation>(opened);
+  const auto present = conversation.ask(proto::AdminRule{});
+  if (const auto* failed = std::get_if<Failure>(&present)) return report(common, "set-rule", *failed);
+  keep_rest(std::get<ordered_json>(present), request);
+  return show_answer(common, "set-rule", conversation.ask(std::move(request)), print_change);
 }
 
 }  // namespace
@@ -95,12 +128,14 @@ void add_rule(CLI::App& app, const Common& common, int& exit_code) {
 void add_set_rule(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("set-rule", "Change the rule, at once and for good");
   const auto change = std::make_shared<Change>();
-  sub->add_option("rule", change->rule, "Name of the rule")->required();
+  sub->add_option("rule", change->rule, "Name of the rule; with --keep, the present one if it is left out");
   // One value each: else the options would swallow the name of a rule that stands behind them.
   sub->add_option("--option", change->options, "An option of the rule; may be given more than once")
       ->allow_extra_args(false)
       ->check(CLI::Validator(option_complaint, "", "name and value"))
       ->type_name("NAME=VALUE");
+  sub->add_flag("--keep", change->keep,
+                "Keep what is not named: options of the rule, if it stays the same, and what was last set live");
   add_terms(*sub, *change);
   sub->footer(kSetRuleFooter);
   sub->callback([change, &common, &exit_code] { exit_code = set_rule(common, *change); });
@@ -109,7 +144,7 @@ void add_set_rule(CLI::App& app, const Common& common, int& exit_code) {
 void add_history(CLI::App& app, const Common& common, int& exit_code) {
   CLI::App* sub = app.add_subcommand("history", "Show past changes of the rule, the newest first");
   const auto most = std::make_shared<std::uint32_t>(0);
-  sub->add_option("--most", *most, "Show at most this many")->check(is_number())->type_name("N");
+  sub->add_option("--most", *most, "Show at most this many; 0: all")->check(is_number(UINT32_MAX))->type_name("N");
   sub->callback([most, &common, &exit_code] {
     exit_code = run(common, "history", proto::AdminHistory{0, *most},
                     [](const ordered_json& document) { print_lines(history_lines(document)); });

@@ -85,14 +85,14 @@ std::optional<Failure> watch(const Common& common, const WatchCommand& command) 
     if (const auto* failed = std::get_if<Failure>(&taken)) return *failed;
     const auto& snapshot = std::get<Snapshot>(taken);
     const bool last = number == command.count;
-    if (common.json || !Screen::possible()) {
+    if (last || common.json || !Screen::possible()) {
+      screen.reset();  // and with it goes what it showed: the last look stays to be read
       log.print(snapshot);
       if (last || !std::cout) return std::nullopt;
       std::this_thread::sleep_until(next);
     } else {
       if (!screen) screen.emplace();
       draw_until(*screen, snapshot, next);
-      if (last) return std::nullopt;
     }
   }
 }

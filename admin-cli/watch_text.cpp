@@ -74,15 +74,14 @@ void append_table(Lines& lines, const Lines& table, std::size_t room, std::size_
 }  // namespace
 
 Lines snapshot_lines(const Snapshot& snapshot, const ScreenSize& size) {
-  Lines lines{field(snapshot.rule, "text") + "  version " + field(snapshot.rule, "version") + "  " +
-              uplink_text(snapshot)};
+  Lines lines{field(snapshot.rule, "text") + "  version " + field(snapshot.rule, "version"), uplink_text(snapshot)};
   const Lines clients = client_table(snapshot.clients);
   const ordered_json requests = rows_of(snapshot.queue, "requests");
   const Lines queue = requests.empty() ? Lines{} : request_table(requests, false);
   const std::size_t beyond = count_of(snapshot.queue, "more");
 
-  // The head, a blank line, the clients, a blank line, the counts of the queue, the queue.
-  constexpr std::size_t kFixed = 4;
+  // The head of two lines, a blank line, the clients, a blank line, the counts of the queue, the queue.
+  constexpr std::size_t kFixed = 5;
   const std::size_t room = size.rows ? *size.rows - std::min(*size.rows, kFixed) : kNoLimit;
   const std::size_t queue_wants = queue.empty() ? 0 : queue.size() + (beyond > 0 ? 1 : 0);
   const std::size_t for_clients = std::min(clients.size(), std::max(room / 2, room - std::min(room, queue_wants)));

@@ -141,7 +141,7 @@ std::variant<scheduler::PolicyLayer, ConfigError> judge_policy(const GivenValues
     const auto given = values.find(key);
     if (given == values.end()) return std::nullopt;
     const auto error = scheduler::check({layer.rule, {{name, given->second.value}}});
-    if (error) return ConfigError{given->second.where + ": " + error->text};
+    if (error) return ConfigError{given->second.where + (key == name ? "" : " " + name) + ": " + error->text};
     layer.options.emplace(name, given->second.value);
     return std::nullopt;
   };

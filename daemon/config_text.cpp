@@ -19,23 +19,23 @@ namespace po = boost::program_options;
 po::options_description file_options() {
   po::options_description options("Options, also in the config file as name = value");
   const auto text = [](const char* name) { return po::value<std::string>()->value_name(name); };
-  options.add_options()                                                                                    //
-      ("database", text("FILE"), "mesh database, made if it is not there (/var/lib/pmcd/meshes.db)")       //
-      ("listen", text("ADDRESS"), "IP address to listen on (127.0.0.1)")                                   //
-      ("request-port", text("PORT"), "port of the request channel, 0 for any free one (7621)")             //
-      ("data-port", text("PORT"), "port of the data channel, 0 for any free one (7622)")                   //
-      ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                      //
-      ("rule", text("NAME"), "distribution rule (gain)")                                                   //
-      ("rule-option", text("NAME=VALUE"), "an option of that rule; may be given several times (until=5)")  //
-      ("slots", text("N"), "transfers that run at the same time, or auto: as fill the uplink (auto)")      //
-      ("quantum", text("MS"), "a longer turn is interrupted when another is to go; 0: none (250)")         //
-      ("aging", text("SECONDS"), "a request that waits longer goes before all others; 0: none (0)")        //
-      ("uplink", text("KBIT"), "what the uplink carries in kbit/s; 0: measured (0)")                       //
-      ("max-sessions", text("N"), "sessions at the same time (9000)")                                      //
-      ("max-sessions-per-address", text("N"), "of these, from one IPv4 address or IPv6 /64 (256)")         //
-      ("hello-timeout", text("SECONDS"), "for the first frame of a connection (10)")                       //
-      ("join-timeout", text("SECONDS"), "for the data channel of a session (30)")                          //
-      ("stall-timeout", text("SECONDS"), "a client that takes nothing for so long is dropped (10)")        //
+  options.add_options()                                                                                        //
+      ("database", text("FILE"), "mesh database, made if it is not there (/var/lib/pmcd/meshes.db)")           //
+      ("listen", text("ADDRESS"), "IP address to listen on (127.0.0.1)")                                       //
+      ("request-port", text("PORT"), "port of the request channel, 0 for any free one (7621)")                 //
+      ("data-port", text("PORT"), "port of the data channel, 0 for any free one (7622)")                       //
+      ("admin-socket", text("FILE"), "Unix socket for pmcctl (/run/pmcd/admin.sock)")                          //
+      ("rule", text("NAME"), "distribution rule (gain)")                                                       //
+      ("rule-option", text("NAME=VALUE"), "an option of that rule; may be given several times (until=5)")      //
+      ("slots", text("N"), "transfers that run at the same time, or auto: as many as fill the uplink (auto)")  //
+      ("quantum", text("MS"), "a longer turn is interrupted when another is to go; 0: none (250)")             //
+      ("aging", text("SECONDS"), "a request that waits longer goes before all others; 0: none (0)")            //
+      ("uplink", text("KBIT"), "what the uplink carries in kbit/s; 0: measured (0)")                           //
+      ("max-sessions", text("N"), "sessions at the same time (9000)")                                          //
+      ("max-sessions-per-address", text("N"), "of these, from one IPv4 address or IPv6 /64 (256)")             //
+      ("hello-timeout", text("SECONDS"), "for the first frame of a connection (10)")                           //
+      ("join-timeout", text("SECONDS"), "for the data channel of a session (30)")                              //
+      ("stall-timeout", text("SECONDS"), "a client that takes nothing for so long is dropped (10)")            //
       ("min-rate", text("BYTES"),
        "a client that takes less a second, over 30 s of its turn, is dropped; 0: none (500)")            //
       ("drain-timeout", text("SECONDS"), "for running transfers when pmcd is told to end (5)")           //

@@ -23,6 +23,7 @@
 #include "daemon/net/descriptor_budget.h"
 #include "daemon/net/server.h"
 #include "daemon/scheduler/registry.h"
+#include "daemon/store/database_lock.h"
 #include "daemon/store/store_thread.h"
 //
 #include <boost/asio/detached.hpp>
@@ -117,10 +118,14 @@ void run_to_the_end(net::asio::io_context& io) {
   }
 }
 
+void report(const std::string& database, const store::Error& error) {
+  spdlog::critical("database {}: {}: {}", database, store::error_name(error.code), error.detail);
+}
+
 std::unique_ptr<store::StoreThread> open_database(const std::string& path) {
   auto thread = store::StoreThread::start(path);
   if (!thread) {
-    spdlog::critical("database {}: {}: {}", path, store::error_name(thread.error().code), thread.error().detail);
+    report(path, thread.error());
     return nullptr;
   }
   return std::move(thread).value();
@@ -140,7 +145,7 @@ std::optional<store::LastChange> last_live_change(store::StoreThread& writer, co
                  error.detail);
     return store::LastChange();
   }
-  spdlog::critical("database {}: {}: {}", database, store::error_name(error.code), error.detail);
+  report(database, error);
   return std::nullopt;
 }
 
@@ -172,6 +177,11 @@ int serve(const Config& config) {
   net::asio::io_context io(1);
   // From here on a signal waits for the loop: whoever was told that the daemon is ready may end it in order at once.
   Signals signals(io, SIGTERM, SIGINT);
+  const auto lock = store::DatabaseLock::take(config.database);
+  if (!lock) {
+    report(config.database, lock.error());
+    return kFailed;
+  }
   // The writer first: it makes the tables that the reader expects.
   const auto writer = open_database(config.database);
   if (!writer) return kFailed;

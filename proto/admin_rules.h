@@ -13,8 +13,9 @@
 // rules:    {"rules":[{"name","summary","options":[{"name","values":["1","2"],"default","summary"}]}],
 //            "common_options":[{"name","value" (what it takes, for people),"default","summary"}]}
 // rule:     R
-// set_rule and revert: {"changed" (false for a dry run, or when nothing would differ),"dry_run","seconds" (from the
-//            command to the new policy in force, 0: nothing changed),"warnings":[text...],"before":R,"after":R}
+// set_rule and revert: {"changed" (false for a dry run, or when nothing would differ),"would_change" (the same, but for a
+//            dry run as if it were none),"dry_run","seconds" (from the command to the new policy in force, 0: nothing
+//            changed),"warnings":[text...],"before":R,"after":R}
 // history:  {"changes":[{"number","changed_at","rule"|null (back to the configuration),"options" ("name=value ..."),
 //            "uid","pid","reverts"|null}],"damaged":[{"number","error"}]} both newest first; damaged: changes that
 //            the database cannot give any more.
@@ -29,7 +30,7 @@
 // explain:  {"client","address","rule","text","next" (bool: this client is next or running),"summary" (a sentence of
 //            which the client is the subject: "is next with packet 3 of ..."),"waiting","running","requests":
 //            [request...],"more"}: as queue, and this client's own wherever they stand, marked "mine":true.
-// weight:   {"client","weight","before"}
+// weight:   {"client","weight","before","rule","counts" (bool: this rule goes by weights)}
 #pragma once
 
 #include <cstddef>

@@ -60,6 +60,13 @@ PolicyKeeper::PolicyKeeper(Executor executor, store::StoreThread& writer, Policy
     }
   }
   resolved_ = resolve(live_, When::now);
+  if (!live_) return;
+  const scheduler::Policy without = resolve(std::nullopt, When::now).policy;
+  if (config_file_ == PolicyLayer{} || without == resolved_.policy) return;
+  spdlog::info(
+      "live change {} of the rule goes before the config file, which would make it \"{}\"; pmcctl revert 0 goes "
+      "back to that",
+      last_->number, scheduler::text_of(without));
 }
 
 scheduler::Resolved PolicyKeeper::resolve(const std::optional<PolicyLayer>& live, When when) const {
@@ -106,8 +113,12 @@ std::vector<std::string> PolicyKeeper::warnings(const std::optional<PolicyLayer>
   const scheduler::Policy now = scheduler::resolve(std::array{*live, command_line_, config_file_}).policy;
   const scheduler::Policy later = resolve(live, When::after_restart).policy;
   if (now.rule != later.rule || now.rule_options != later.rule_options) {
-    const std::string options = scheduler::join_options(now.rule_options);
-    forget("--rule " + *command_line_.rule, "rule " + now.rule + (options.empty() ? "" : " ") + options);
+    std::string flags = "--rule " + *command_line_.rule;
+    for (const auto& [name, value] : scheduler::all_options(later.rule, later.rule_options)) {
+      if (command_line_.options.contains(name)) flags.append(" --rule-option ").append(name).append("=").append(value);
+    }
+    const std::string options = scheduler::join_options(scheduler::all_options(now.rule, now.rule_options));
+    forget(flags, "rule " + now.rule + (options.empty() ? "" : " ") + options);
   }
   for (const scheduler::CommonOption& option : scheduler::common_options()) {
     const auto said = live->options.find(option.name);
@@ -187,6 +198,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
     // Of two changes at once the one that the database has as the later one holds.
     if (last_ && last_->number > done.number) {
       change.changed = true;
+      change.would_change = true;
       change.after = report();
       co_return change;
     }
@@ -197,6 +209,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
   change.after = report_of(resolved, done);
   if (terms.dry_run) {
     changed_here_ = was_changed_here;
+    change.would_change = true;
     co_return change;
   }
   live_ = std::move(layer);
@@ -204,6 +217,7 @@ awaitable<std::variant<PolicyKeeper::Change, PolicyKeeper::Refusal>> PolicyKeepe
   last_ = std::move(done);
   resolved_ = std::move(resolved);
   change.changed = true;
+  change.would_change = true;
   apply_(resolved_.policy);
   change.seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   co_return change;

@@ -55,6 +55,7 @@ class PolicyKeeper {
 
   struct Change {
     bool changed = false;
+    bool would_change = false;  ///< the same of a dry run, if it were none
     double seconds = 0;  ///< from the command to the new policy in force, its commit included; 0: nothing changed
     std::vector<std::string> warnings;
     Report before;

@@ -174,8 +174,8 @@ RuleCommands::Answer RuleCommands::weight(const proto::AdminWeight& message) {
   const double before = dispatcher_.client(message.session).weight;
   const double weight = static_cast<double>(message.weight) / proto::kWeightOne;
   dispatcher_.set_weight(message.session, weight);
-  Answer answer = with(message.id, weight_json(message.session, weight, before));
-  answer.about = "client " + std::to_string(message.session) + ": " + std::to_string(message.weight) + " thousandths";
+  Answer answer = with(message.id, weight_json(dispatcher_.policy(), message.session, weight, before));
+  answer.about = fmt::format("client {}: weight {} -> {}", message.session, before, weight);
   answer.changes = true;
   return answer;
 }

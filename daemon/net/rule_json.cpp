@@ -120,6 +120,7 @@ std::string rule_json(const PolicyKeeper::Report& report, const UplinkView& upli
 
 std::string change_json(const PolicyKeeper::Change& change, bool dry_run, const UplinkView& uplink) {
   return dumped({{"changed", change.changed},
+                 {"would_change", change.would_change},
                  {"dry_run", dry_run},
                  {"seconds", change.seconds},
                  {"warnings", change.warnings},
@@ -201,8 +202,12 @@ std::string explain_json(const scheduler::Policy& policy, const SessionView& ses
                  {"more", queue.more}});
 }
 
-std::string weight_json(scheduler::SessionKey client, double weight, double before) {
-  return dumped({{"client", client}, {"weight", weight}, {"before", before}});
+std::string weight_json(const scheduler::Policy& policy, scheduler::SessionKey client, double weight, double before) {
+  return dumped({{"client", client},
+                 {"weight", weight},
+                 {"before", before},
+                 {"rule", policy.rule},
+                 {"counts", scheduler::find_rule(policy.rule)->goes_by_weight}});
 }
 
 }  // namespace pmcd::net

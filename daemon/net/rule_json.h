@@ -27,6 +27,6 @@ std::string history_json(const store::RuleChanges& history);
 std::string queue_json(const scheduler::Policy& policy, const QueueView& queue);
 std::string clients_json(const UplinkView& uplink, const std::vector<std::pair<SessionView, ClientView>>& clients);
 std::string explain_json(const scheduler::Policy& policy, const SessionView& session, const QueueView& queue);
-std::string weight_json(scheduler::SessionKey client, double weight, double before);
+std::string weight_json(const scheduler::Policy& policy, scheduler::SessionKey client, double weight, double before);
 
 }  // namespace pmcd::net

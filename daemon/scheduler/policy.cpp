@@ -164,8 +164,7 @@ Resolved resolve(std::span<const PolicyLayer> layers) {
 }
 
 PolicyLayer written(const Policy& policy) {
-  PolicyLayer layer{policy.rule, {}};
-  for (const auto& [name, value] : policy.rule_options) layer.options.emplace(name, value);
+  PolicyLayer layer{policy.rule, all_options(policy.rule, policy.rule_options)};
   const auto count = [](auto duration) { return std::to_string(duration.count()); };
   layer.options["slots"] = policy.slots ? std::to_string(*policy.slots) : "auto";
   layer.options["quantum"] = policy.quantum ? count(std::chrono::duration_cast<milliseconds>(*policy.quantum)) : "0";

@@ -63,7 +63,8 @@ constexpr std::array kRules = {
     RuleEntry{"fair",
               "equal bytes for all clients in turn, or by the weights that the operator gives",
               {},
-              [](Options, Around) { return make_fair(); }},
+              [](Options, Around) { return make_fair(); },
+              true},
 };
 
 }  // namespace
@@ -78,11 +79,16 @@ const RuleEntry* find_rule(std::string_view name) {
   return it == kRules.end() ? nullptr : it;
 }
 
-std::unique_ptr<Rule> make_rule(std::string_view name, const RuleOptions& given, const Surroundings& surroundings) {
-  const RuleEntry& entry = *find_rule(name);
+RuleOptions all_options(std::string_view rule, const RuleOptions& given) {
   RuleOptions options = given;
-  for (const RuleOption& option : entry.options) options.try_emplace(std::string(option.name), option.words.front());
-  return entry.make(options, surroundings);
+  for (const RuleOption& option : find_rule(rule)->options) {
+    options.try_emplace(std::string(option.name), option.words.front());
+  }
+  return options;
+}
+
+std::unique_ptr<Rule> make_rule(std::string_view name, const RuleOptions& given, const Surroundings& surroundings) {
+  return find_rule(name)->make(all_options(name, given), surroundings);
 }
 
 }  // namespace pmcd::scheduler

@@ -29,6 +29,7 @@ struct RuleEntry {
   std::span<const RuleOption> options;
   /// REQUIRES: every option stands in `options`, and has one of its words.
   std::unique_ptr<Rule> (*make)(const RuleOptions& options, const Surroundings& surroundings);
+  bool goes_by_weight = false;  ///< a client's weight changes its share
 };
 
 /// All rules: the paper's, then those of others and our own.
@@ -36,6 +37,10 @@ std::span<const RuleEntry> all_rules();
 
 /// nullptr if no rule has this name.
 const RuleEntry* find_rule(std::string_view name);
+
+/// Every option that the rule has by itself, with the value that counts. `given`: as of make_rule(). REQUIRES: the rule
+/// exists.
+RuleOptions all_options(std::string_view rule, const RuleOptions& given);
 
 /// A fresh rule. `given`: options that differ from their defaults. REQUIRES: the rule exists and has these options with
 /// these words (Policy sees to that); `surroundings` outlives it.

@@ -86,6 +86,10 @@ TEST(QueueText, AGapInTheOrderIsShownAndAListIsNoMesh) {
 
 TEST(QueueText, Weight) {
   EXPECT_EQ(weight_line({{"client", 7}, {"weight", 2.5}, {"before", 1}}), "client 7: weight 1 -> 2.5");
+  EXPECT_EQ(weight_line({{"client", 7}, {"weight", 12345.678}, {"before", 1}, {"rule", "fair"}, {"counts", true}}),
+            "client 7: weight 1 -> 12345.678");
+  EXPECT_EQ(weight_line({{"client", 7}, {"weight", 2}, {"before", 1}, {"rule", "gain"}, {"counts", false}}),
+            "client 7: weight 1 -> 2 (does not count now: the rule gain goes by no weights)");
 }
 
 }  // namespace

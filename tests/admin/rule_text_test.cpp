@@ -70,6 +70,9 @@ TEST(RuleText, Changes) {
   EXPECT_EQ(change_line(change("fifo slots=1", "fcsf burst=2", false, true)),
             "rule: fifo slots=1 -> fcsf burst=2 (dry run: nothing was changed)");
   EXPECT_EQ(change_line(change("fifo", "fifo", false, true)), "rule: fifo (dry run: nothing would change)");
+  ordered_json pinned = change("fifo", "fifo", false, true);
+  pinned["would_change"] = true;
+  EXPECT_EQ(change_line(pinned), "rule: fifo (dry run: it would be a live change)");
   EXPECT_EQ(change_line(change("fifo", "fifo", false, false)), "rule: fifo (nothing changed)");
   EXPECT_EQ(change_line(change("fifo", "fifo", true, false)), "rule: fifo (now version 4)")
       << "the same values, but from another source";

@@ -43,14 +43,16 @@ _COMMANDS = [
 ]
 
 _REFUSED_HERE = [
-    ("set-rule", "rule is required"), ("set-rule fcsf --option burst", '"burst" is not NAME=VALUE'),
+    ("set-rule", "rule is required, or --keep"), ("set-rule --option uplink=5", "rule is required, or --keep"),
+    ("setrule fcsf", 'there is no command "setrule"'), ("help", 'there is no command "help"'),
+    ("set-rule fcsf --option burst", '"burst" is not NAME=VALUE'),
     ("set-rule fcsf --option =2", '"=2" is not NAME=VALUE'),
     ("set-rule fcsf --option a=1 --option a=2", "option a is given twice"),
     ("set-rule fcsf --if-version -1", "--if-version"), ("set-rule fcsf gain", "gain"),
     ("set-rule " + "x" * 256, "no name of a rule"),
     ("set-rule fcsf " + " ".join(f"--option a{n}=1" for n in range(65)), "more than 64 options"),
     ("revert", "number is required"), ("revert -1", "number"), ("revert last", "number"),
-    ("history --most -1", "--most"), ("history --most 4294967296", "--most"), ("explain", "client is required"),
+    ("history --most -1", "--most"), ("history --most 4294967296", '"4294967296" is no whole number, or too large'), ("explain", "client is required"),
     ("explain bunny", "client"), ("weight 7", "weight is required"), ("weight 7 0", "0.001 to 1000000"),
     ("weight 7 1000000.001", "0.001 to 1000000"), ("weight 7 0.0001", "0.001 to 1000000"),
     ("watch --interval 0", "--interval"),
@@ -67,6 +69,21 @@ class Commands(unittest.TestCase):
                 self.assertEqual([fields_of(message) for message in daemon.asked], [(name, fields)])
                 self.assertNotEqual(daemon.asked[0].id, 0)
                 self.assertIn(printed, ended.stdout.splitlines())
+
+    def test_keep(self):
+        present = {"rule": "gain", "version": 7, "options": {"until": "5", "slots": "auto", "quantum": "250", "uplink": "0"},
+                   "sources": {"rule": "default", "slots": "live change", "quantum": "config file", "uplink": "default"}}
+        for line, rule, version, options in (
+                ("--keep --option uplink=9", "gain", 7, [("uplink", "9"), ("slots", "auto"), ("until", "5")]),
+                ("gain --keep --option until=0", "gain", 7, [("until", "0"), ("slots", "auto")]),
+                ("fair --keep --if-version 6", "fair", 6, [("slots", "auto")])):
+            with self.subTest(line), PlayedDaemon({"admin_rule": present, "admin_set_rule": _CHANGE}) as daemon:
+                ended = pmcctl("set-rule", *line.split(), daemon=daemon)
+                self.assertEqual((ended.returncode, ended.stderr), (DONE, ""))
+                self.assertEqual([m.name for m in daemon.asked], ["admin_rule", "admin_set_rule"])
+                sent = daemon.asked[1].fields
+                self.assertEqual((sent["rule"], sent["flags"], sent["version"]), (rule, 2, version))
+                self.assertEqual(sent["options"][:1] + sorted(sent["options"][1:]), options)
 
     def test_json_is_the_document(self):
         for line, name, _, answer, _ in _COMMANDS:

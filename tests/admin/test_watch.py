@@ -121,13 +121,21 @@ class OnATerminal(unittest.TestCase):
         with PlayedDaemon(_ANSWERS) as daemon, Terminal(daemon, "--count", "2") as terminal:
             self.assertEqual(terminal.end(), 0)
             self.assertTrue(terminal.seen.startswith(_ENTER))
-            self.assertTrue(terminal.seen.endswith(_LEAVE))
-            drawn = pictures(terminal.seen)
-            self.assertGreaterEqual(len(drawn), 2)
+            live, _, last = terminal.seen.rpartition(_LEAVE)
+            self.assertTrue(last.startswith(b"fifo slots=1  version 4"), last)
+            self.assertEqual(last.count(b"bunny"), 30, "the last look stays, whole")
+            drawn = pictures(live)
+            self.assertGreaterEqual(len(drawn), 1)
             for lines in drawn:
                 self.assertEqual(len(lines), 12)
                 self.assertLessEqual(max(map(len, lines)), 40)
-                self.assertIn("... and 24 more", lines)
+                self.assertIn("... and 25 more", lines)
+
+    def test_a_single_look_needs_no_screen(self):
+        with PlayedDaemon(_ANSWERS) as daemon, Terminal(daemon, "--count", "1", interval=60) as terminal:
+            self.assertEqual(terminal.end(), 0)
+            self.assertNotIn(b"\x1b", terminal.seen)
+            self.assertEqual(terminal.seen.count(b"bunny"), 30)
 
     def test_ctrl_c_ends_it_well(self):
         with PlayedDaemon(_ANSWERS) as daemon, Terminal(daemon) as terminal:

@@ -43,7 +43,8 @@ Snapshot snapshot(int clients, int requests, int more) {
 }
 
 TEST(WatchText, AllOfIt) {
-  const Lines expected{"fifo slots=1  version 4  uplink 1.25 Mbit/s of 5.00 Mbit/s [####............]",
+  const Lines expected{"fifo slots=1  version 4",
+                       "uplink 1.25 Mbit/s of 5.00 Mbit/s [####............]",
                        "",
                        "client       speed       taking    bytes   share  level            mesh",
                        "     4  800 kbit/s  1.25 Mbit/s  34.1 kB  25.0 %  [##......] 3/12  bunny",
@@ -61,37 +62,41 @@ TEST(WatchText, AnIdleDaemonWhoseUplinkIsNotKnown) {
   Snapshot idle = snapshot(0, 0, 0);
   idle.clients["uplink_kbit"] = nullptr;
   idle.rule["uplink_kbit"] = nullptr;
-  const Lines expected{"fifo slots=1  version 4  uplink 0 kbit/s of an unknown rate", "",
-                       "client  speed  taking  bytes  share  level  mesh", "", "queue: 0 waiting, 0 running"};
+  const Lines expected{"fifo slots=1  version 4",
+                       "uplink 0 kbit/s of an unknown rate",
+                       "",
+                       "client  speed  taking  bytes  share  level  mesh",
+                       "",
+                       "queue: 0 waiting, 0 running"};
   EXPECT_EQ(snapshot_lines(idle, {80, 24}), expected);
 }
 
 TEST(WatchText, AClientWithoutAMeshHasNoBar) {
   Snapshot s = snapshot(1, 0, 0);
   for (const char* name : {"mesh", "level", "levels", "speed_kbit"}) s.clients["clients"][0][name] = nullptr;
-  EXPECT_EQ(snapshot_lines(s, {})[3], "     1      -  0 kbit/s  34.1 kB  25.0 %  -      -");
+  EXPECT_EQ(snapshot_lines(s, {})[4], "     1      -  0 kbit/s  34.1 kB  25.0 %  -      -");
 }
 
 TEST(WatchText, BothTablesAreCutWhereBothAreLong) {
-  const Lines lines = snapshot_lines(snapshot(40, 40, 500), {80, 14});
-  ASSERT_EQ(lines.size(), 14u);
-  EXPECT_EQ(lines[2].substr(0, 6), "client");
-  EXPECT_EQ(lines[6], "... and 37 more");
-  EXPECT_EQ(lines[8], "queue: 540 waiting, 0 running");
-  EXPECT_EQ(lines[9].substr(0, 4), "rank");
-  EXPECT_EQ(lines[12].substr(0, 4), "   3");
-  EXPECT_EQ(lines[13], "... and 537 more");
+  const Lines lines = snapshot_lines(snapshot(40, 40, 500), {80, 15});
+  ASSERT_EQ(lines.size(), 15u);
+  EXPECT_EQ(lines[3].substr(0, 6), "client");
+  EXPECT_EQ(lines[7], "... and 37 more");
+  EXPECT_EQ(lines[9], "queue: 540 waiting, 0 running");
+  EXPECT_EQ(lines[10].substr(0, 4), "rank");
+  EXPECT_EQ(lines[13].substr(0, 4), "   3");
+  EXPECT_EQ(lines[14], "... and 537 more");
 }
 
 TEST(WatchText, RoomThatOneTableDoesNotNeedGoesToTheOther) {
-  const Lines many_clients = snapshot_lines(snapshot(40, 1, 0), {80, 24});
-  ASSERT_EQ(many_clients.size(), 24u);
-  EXPECT_EQ(many_clients[19], "... and 24 more");
-  EXPECT_EQ(many_clients[23].substr(0, 4), "   1");
-  const Lines long_queue = snapshot_lines(snapshot(1, 40, 0), {80, 24});
-  ASSERT_EQ(long_queue.size(), 24u);
-  EXPECT_EQ(long_queue[22].substr(0, 4), "  16");
-  EXPECT_EQ(long_queue[23], "... and 24 more");
+  const Lines many_clients = snapshot_lines(snapshot(40, 1, 0), {80, 25});
+  ASSERT_EQ(many_clients.size(), 25u);
+  EXPECT_EQ(many_clients[20], "... and 24 more");
+  EXPECT_EQ(many_clients[24].substr(0, 4), "   1");
+  const Lines long_queue = snapshot_lines(snapshot(1, 40, 0), {80, 25});
+  ASSERT_EQ(long_queue.size(), 25u);
+  EXPECT_EQ(long_queue[23].substr(0, 4), "  16");
+  EXPECT_EQ(long_queue[24], "... and 24 more");
 }
 
 TEST(WatchText, WhatTheDaemonLeftOutIsCountedToo) {

@@ -192,10 +192,10 @@ TEST(Config, ComplaintsNameTheOption) {
   EXPECT_EQ(complaint({"--rule", "lottery"}),
             "--rule: \"lottery\" is none of: fifo, lcfs, spf, fcsf, srpt, fsp, gain, fair");
   EXPECT_EQ(complaint({"--rule-option", "burst=2"}),
-            "--rule-option: is one of rule fcsf, and no rule is given with it");
+            "--rule-option burst: is one of rule fcsf, and no rule is given with it");
   EXPECT_EQ(complaint({"--rule", "spf", "--rule-option", "burst=2"}),
-            "--rule-option: is one of rule fcsf, not of rule spf");
-  EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst=3"}), "--rule-option: \"3\" is none of: 1, 2");
+            "--rule-option burst: is one of rule fcsf, not of rule spf");
+  EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst=3"}), "--rule-option burst: \"3\" is none of: 1, 2");
   EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst"}), "--rule-option: \"burst\" must be NAME=VALUE");
   EXPECT_EQ(complaint({"--rule", "fcsf", "--rule-option", "burst=2", "--rule-option", "burst=1"}),
             "--rule-option burst was given before");

@@ -79,6 +79,18 @@ TEST_F(ProcessTest, CannotStart) {
             std::string::npos)
       << port.output;
 
+  auto same_database = options("another");
+  same_database[1] = daemon.database();
+  const Ended database_taken = run(same_database);
+  EXPECT_EQ(database_taken.code, 1);
+  EXPECT_NE(database_taken.output.find("meshes.db: database_locked: another pmcd serves it and holds "),
+            std::string::npos)
+      << database_taken.output;
+  const std::string link = folder_.file("link.db");
+  ASSERT_EQ(::symlink(daemon.database().c_str(), link.c_str()), 0);
+  same_database[1] = link;
+  EXPECT_NE(run(same_database).output.find("meshes.db.lock"), std::string::npos);
+
   auto same_socket = options("third");
   same_socket[3] = daemon.admin_socket();
   const Ended socket = run(same_socket);

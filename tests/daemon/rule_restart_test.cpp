@@ -60,6 +60,11 @@ TEST(RuleRestart, ALiveChangeSurvivesKillAndGoesBeforeTheFile) {
   EXPECT_EQ(again["sources"]["slots"], "live change");
   EXPECT_EQ(again["sources"]["quantum"], "config file");
   EXPECT_NE(daemon.log().find("rule fcsf aging=0 burst=2 quantum=700 slots=3 uplink=5000"), std::string::npos);
+  EXPECT_NE(
+      daemon.log().find("live change 1 of the rule goes before the config file, which would make it \"srpt aging=0 "
+                        "quantum=700 scope=packet slots=auto uplink=5000\"; pmcctl revert 0 goes back to that"),
+      std::string::npos)
+      << daemon.log();
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0);
 }
@@ -93,6 +98,16 @@ TEST(RuleRestart, AnOptionOfTheSameRuleIsForgottenToo) {
   DaemonProcess daemon(folder.path(), {"--rule", "fcsf"});
   EXPECT_EQ(set_rule(daemon, "fcsf", {{"burst", "2"}})["warnings"],
             (json{"a restart will forget rule fcsf burst=2: --rule fcsf stands on the command line"}));
+}
+
+/// What differs stands in the sentence, also where the rule is the same.
+TEST(RuleRestart, AnOptionOfTheCommandLineIsNamed) {
+  const TemporaryFolder folder;
+  DaemonProcess daemon(folder.path(), {"--rule", "gain", "--rule-option", "until=1"});
+  EXPECT_EQ(
+      set_rule(daemon, "gain", {})["warnings"],
+      (json{"a restart will forget rule gain until=0: --rule gain --rule-option until=1 stands on the command line"}));
+  EXPECT_EQ(rule_of(daemon)["options"]["until"], "0") << "also one that nobody has set";
 }
 
 proto::Bytes revert(std::uint64_t change) {

@@ -11,6 +11,7 @@
 
 #include "daemon/net/queue_view.h"
 #include "daemon/net/rule_json.h"
+#include "daemon/scheduler/registry.h"
 #include "proto/admin_rules.h"
 #include "tests/daemon/busy_thread.h"
 #include "tests/daemon/raw_client.h"
@@ -57,11 +58,15 @@ TEST(RuleSwitch, GuardedAgainstALostUpdateAndBack) {
     message.terms = {dry_run, if_version};
     return admin.answer(proto::encode(message));
   };
-  EXPECT_FALSE(json::parse(set("lcfs", 0, true))["changed"]) << "a dry run";
+  const json tried = json::parse(set("lcfs", 0, true));
+  EXPECT_FALSE(tried["changed"]) << "a dry run";
+  EXPECT_TRUE(tried["would_change"]);
+  EXPECT_TRUE(json::parse(set("fifo", 0, true))["would_change"]) << "of where it comes from";
   EXPECT_TRUE(json::parse(set("lcfs", 0))["changed"]);
   EXPECT_EQ(set("fair", 0), "error: version_changed");
   EXPECT_TRUE(json::parse(set("fair", 1))["changed"]);
   EXPECT_FALSE(json::parse(set("fair", 2))["changed"]) << "nothing would differ";
+  EXPECT_FALSE(json::parse(set("fair", 2, true))["would_change"]);
 
   proto::AdminRevert revert{9, {}, 1};
   EXPECT_EQ(json::parse(admin.answer(proto::encode(revert)))["after"]["rule"], "lcfs");
@@ -138,6 +143,9 @@ TEST(RuleSwitch, TheQueueShowsWhoIsNextAndWhy) {
   const json weight = json::parse(admin.answer(proto::encode(proto::AdminWeight{8, client, 2'500})));
   EXPECT_EQ(weight["before"], 1.0);
   EXPECT_EQ(weight["weight"], 2.5);
+  EXPECT_EQ(weight["rule"], "spf");
+  EXPECT_EQ(weight["counts"], false);
+  EXPECT_TRUE(scheduler::find_rule("fair")->goes_by_weight);
   EXPECT_EQ(json::parse(admin.answer(proto::encode(proto::AdminClients{9})))["clients"][1]["weight"], 2.5);
 }
 
