@@ -187,7 +187,8 @@ client::FetchCallbacks Fetch::callbacks() {
     report_.note(retry.error.text + "; trying again in " + seconds_in_words(retry.pause));
   };
   calls.on_restart = [this] {
-    report_.note("the mesh has changed on the server: what came so far is thrown away, beginning anew");
+    report_.note("\"" + command_.name +
+                 "\" on the server is another mesh than what came so far, which is thrown away: beginning anew");
     decoder_ = codec::Decoder();
     loaded_.reset();
   };

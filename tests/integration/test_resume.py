@@ -216,7 +216,7 @@ class Resume(house.HouseTest):
         other = house.write_ply(self.folder / "sheet.ply", house.sheet(40, 30))
         self.ingest(self.daemon, other, "--name", "torus", "--replace")
         done = self.fetch(self.daemon.address, "--resume")
-        self.assertIn("the mesh has changed on the server", done.stderr)
+        self.assertIn('"torus" on the server is another mesh than what came so far', done.stderr)
         self.assertIn("beginning anew", done.stderr)
         decoded = self.folder / "decoded.ply"
         self.tool("decode", self.out, decoded)
