@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <iostream>
+#include <sstream>
 #include <utility>
 
 #include "sim/chart.h"
@@ -24,12 +25,16 @@ bool write_file(const std::string& path, const std::string& text) {
 }  // namespace
 
 void add_arguments(CLI::App& command, Arguments& arguments) {
-  command.add_option("--rule,--rules", arguments.rules, "Distribution rules, by comma, or all")
+  command
+      .add_option("--rule,--rules", arguments.rules,
+                  "Distribution rules, by comma, or all; RULE+NAME=VALUE gives an option to that rule alone, as "
+                  "bench/rules/run takes it: gain,gain+until=5")
       ->delimiter(',')
       ->capture_default_str();
   command
       .add_option("--option", arguments.options,
-                  "NAME=VALUE: slots, quantum, aging or uplink, or an option of a rule, as the daemon takes them")
+                  "NAME=VALUE: slots, quantum, aging or uplink (what the daemon is told that its link carries), or an "
+                  "option of a rule, as the daemon takes them")
       ->allow_extra_args(false);
   command
       .add_option(
@@ -48,7 +53,10 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
           "the queues by itself, with TCP as Linux does it, which is truer and much dearer")
       ->check(CLI::IsMember({"fluid", "packets"}))
       ->capture_default_str();
-  command.add_option("--uplink", arguments.uplink, "What the server's link carries, kbit/s")
+  command
+      .add_option("--uplink", arguments.uplink,
+                  "What the server's link carries, kbit/s; the daemon has to measure it unless it is told with "
+                  "--option uplink=KBIT")
       ->check(CLI::Range(0.1, 1e9))
       ->capture_default_str();
   command.add_option("--scale", arguments.scale, "Multiplies all speeds")
@@ -92,6 +100,12 @@ void add_arguments(CLI::App& command, Arguments& arguments) {
 
 Result<Scenario> scenario_of(const Arguments& arguments) {
   Scenario scenario;
+  scenario.network = arguments.network == "packets" ? Network::packets : Network::fluid;
+  if (scenario.network == Network::fluid && arguments.late_ms != 0) {
+    std::ostringstream text;
+    text << "--late-ms " << arguments.late_ms << ": processes wake up late with --network packets only, not with fluid";
+    return wrong_usage(text.str());
+  }
   for (const std::string& text : arguments.lines) {
     auto line = parse_line(text);
     if (const Problem* problem = problem_of(line)) return *problem;
@@ -105,7 +119,6 @@ Result<Scenario> scenario_of(const Arguments& arguments) {
     if (const Problem* problem = problem_of(meshes)) return *problem;
     scenario.meshes = std::get<std::vector<Mesh>>(std::move(meshes));
   }
-  scenario.network = arguments.network == "packets" ? Network::packets : Network::fluid;
   scenario.uplink_kbit = arguments.uplink;
   scenario.setup_round_trips = arguments.setup_round_trips;
   scenario.decode_rate = arguments.decode_rate * 1000;
@@ -128,13 +141,15 @@ std::vector<Run> simulate_all(const Scenario& scenario, const std::vector<schedu
 
 int write_results(const Arguments& arguments, const std::string& title, const Scenario& scenario,
                   const std::vector<Run>& runs, bool clients) {
-  if (!arguments.chart.empty() && !write_file(arguments.chart, chart_of(title, runs))) return kBadInput;
+  if (!arguments.chart.empty() && !write_file(arguments.chart, chart_of(whole_title(title, scenario), runs))) {
+    return kBadInput;
+  }
   if (arguments.json == "-") {
     std::cout << json_of(title, scenario, runs, clients);
     return kDone;
   }
   if (!arguments.json.empty() && !write_file(arguments.json, json_of(title, scenario, runs, clients))) return kBadInput;
-  std::cout << title << "\n\n";
+  print_heading(std::cout, title, scenario);
   if (clients) {
     for (const Run& run : runs) print_clients(std::cout, scenario, run);
   }
@@ -144,7 +159,7 @@ int write_results(const Arguments& arguments, const std::string& title, const Sc
 
 int refuse(const Problem& problem) {
   std::cerr << "pmcsim: " << problem.text << '\n';
-  return kBadInput;
+  return problem.is_usage ? kUsage : kBadInput;
 }
 
 }  // namespace pmcd::sim

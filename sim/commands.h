@@ -7,8 +7,12 @@
 namespace pmcd::sim {
 
 inline constexpr int kDone = 0;
-inline constexpr int kUsage = 2;     ///< the command line does not make sense
-inline constexpr int kBadInput = 1;  ///< a file or value is not what it should be
+inline constexpr int kBadInput = 1;  ///< a file is not what it should be or cannot be written; or pmcsim failed
+inline constexpr int kUsage = 2;     ///< the command line does not make sense, by itself or beside a file
+/// The same for people, at the end of each help.
+inline constexpr const char* kExitStatus =
+    "Exit status: 0 done; 1 a file is wrong or cannot be read or written; 2 the command line is wrong, or names a "
+    "command, rule or option that there is not";
 
 void add_run(CLI::App& app, int& exit_code);
 void add_paper(CLI::App& app, int& exit_code);

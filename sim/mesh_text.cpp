@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads meshes from JSON and from tables; each error names the mesh or line, the field and the value.
+// Reads meshes from JSON and from tables; each error names the place or line, the field and the value.
 #include "sim/mesh_text.h"
 
 #include <algorithm>
@@ -19,18 +19,13 @@ using Level = scheduler::MeshProfile::Level;
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 40;
 constexpr std::uint64_t kMostPackets = 100'000;
 
-std::string short_of(const json& value) {
-  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  return text.size() <= 40 ? text : text.substr(0, 37) + "...";
-}
-
 Result<std::uint64_t> count_field(const json& object, const char* name, std::uint64_t least, std::uint64_t most,
-                                  const std::string& where) {
+                                  const Place& place) {
   const auto found = object.find(name);
-  if (found == object.end()) return Problem{where + ": has no \"" + name + "\""};
+  if (found == object.end()) return place.problem(std::string("has no \"") + name + "\"");
   if (!found->is_number_unsigned() || found->get<std::uint64_t>() < least || found->get<std::uint64_t>() > most) {
-    return Problem{where + ": \"" + name + "\" is " + short_of(*found) + ", not a whole number from " +
-                   std::to_string(least) + " to " + std::to_string(most)};
+    return place.at(name).problem("is " + shown(*found) + ", not a whole number from " + std::to_string(least) +
+                                  " to " + std::to_string(most));
   }
   return found->get<std::uint64_t>();
 }
@@ -56,30 +51,31 @@ double finest_of(const json& mesh) {
   return 0.5 * longest / (std::exp2(static_cast<double>(bits->get<std::uint64_t>())) - 1) / std::sqrt(squares);
 }
 
-Result<Mesh> mesh_of(const json& document, const std::string& where) {
-  if (!document.is_object()) return Problem{where + ": is " + short_of(document) + ", not a mesh"};
+Result<Mesh> mesh_of(const json& document, const Place& place) {
+  if (!document.is_object()) return place.problem("is " + shown(document) + ", not a mesh");
   const auto name = document.find("name");
-  if (name == document.end() || !name->is_string()) return Problem{where + ": has no \"name\""};
-  const std::string here = where + " " + short_of(*name);
+  if (name == document.end()) return place.problem("has no \"name\"");
+  if (!name->is_string()) return place.at("name").problem("is " + shown(*name) + ", not a name");
   const auto levels = document.find("levels");
   if (levels == document.end()) {
     std::uint64_t totals[3] = {};
     const char* const fields[3] = {"vertices", "bytes", "packets"};
     const std::uint64_t most[3] = {kMostBytes, kMostBytes, kMostPackets};
     for (int i = 0; i < 3; ++i) {
-      auto total = count_field(document, fields[i], 1, most[i], here);
+      auto total = count_field(document, fields[i], 1, most[i], place);
       if (const Problem* problem = problem_of(total)) return *problem;
       totals[i] = std::get<std::uint64_t>(total);
     }
     return model_mesh(name->get<std::string>(), totals[0], totals[1], static_cast<std::uint32_t>(totals[2]));
   }
   if (!levels->is_array() || levels->empty() || levels->size() > kMostPackets) {
-    return Problem{here + ": \"levels\" is no array of 1 to " + std::to_string(kMostPackets) + " levels"};
+    return place.at("levels").problem("is " + shown(*levels) + ", not an array of 1 to " +
+                                      std::to_string(kMostPackets) + " levels");
   }
   std::vector<Level> read;
   for (const json& entry : *levels) {
-    const std::string level = here + ": level " + std::to_string(read.size());
-    if (!entry.is_object()) return Problem{level + ": is " + short_of(entry) + ", not an object"};
+    const Place level = place.at("levels").at(read.size());
+    if (!entry.is_object()) return level.problem("is " + shown(entry) + ", not an object");
     auto bytes = count_field(entry, "bytes", 1, kMostBytes, level);
     if (const Problem* problem = problem_of(bytes)) return *problem;
     auto vertices = count_field(entry, "vertices", 0, kMostBytes, level);
@@ -87,7 +83,7 @@ Result<Mesh> mesh_of(const json& document, const std::string& where) {
     const auto error = entry.find("error_rms");
     const bool measured = error != entry.end() && !error->is_null();
     if (measured && (!error->is_number() || error->get<double>() < 0)) {
-      return Problem{level + ": \"error_rms\" is " + short_of(*error) + ", not null or a number from 0 on"};
+      return level.at("error_rms").problem("is " + shown(*error) + ", not null or a number from 0 on");
     }
     read.push_back(
         {std::get<std::uint64_t>(bytes), std::get<std::uint64_t>(vertices), measured ? error->get<double>() : -1});
@@ -145,20 +141,30 @@ Result<Row> row_of(std::string_view line, const std::string& here, std::uint64_t
 
 }  // namespace
 
-Result<std::vector<Mesh>> parse_mesh_documents(std::string_view text, const std::string& from) {
-  const json document = json::parse(text.begin(), text.end(), nullptr, false);
-  if (document.is_discarded()) return Problem{from + ": is no JSON"};
-  const bool is_list = document.is_object() && document.contains("meshes");
-  const json& all = is_list ? document.at("meshes") : document;
-  const json rows = all.is_array() ? all : json::array({all});
-  if (rows.empty()) return Problem{from + ": holds no mesh"};
+Result<std::vector<Mesh>> meshes_of(const json& rows, const Place& place) {
   std::vector<Mesh> meshes;
   for (const json& row : rows) {
-    auto mesh = mesh_of(row, from + ": mesh " + std::to_string(meshes.size() + 1));
+    auto mesh = mesh_of(row, place.at(meshes.size()));
     if (const Problem* problem = problem_of(mesh)) return *problem;
     meshes.push_back(std::get<Mesh>(std::move(mesh)));
   }
   return meshes;
+}
+
+Result<std::vector<Mesh>> parse_mesh_documents(std::string_view text, const std::string& from) {
+  const Place file(from);
+  const json document = json::parse(text.begin(), text.end(), nullptr, false);
+  if (document.is_discarded()) return file.problem("is no JSON");
+  const bool is_list = document.is_object() && document.contains("meshes");
+  const json& all = is_list ? document.at("meshes") : document;
+  const Place place = is_list ? file.at("meshes") : file;
+  if (!all.is_array()) {
+    auto mesh = mesh_of(all, place);
+    if (const Problem* problem = problem_of(mesh)) return *problem;
+    return std::vector{std::get<Mesh>(std::move(mesh))};
+  }
+  if (all.empty()) return file.problem("holds no mesh");
+  return meshes_of(all, place);
 }
 
 Result<std::vector<Mesh>> parse_mesh_table(std::string_view text, const std::string& from) {

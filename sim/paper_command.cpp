@@ -32,8 +32,9 @@ int paper(const PaperArguments& arguments) {
   if (const Problem* problem = problem_of(made)) return refuse(*problem);
   Scenario scenario = std::get<Scenario>(std::move(made));
   if (scenario.lines.size() != 3) {
-    return refuse({"--line is given " + std::to_string(scenario.lines.size()) +
-                   " times; an experiment has three kinds of lines: of client 1, of client 2, of the others"});
+    return refuse(
+        wrong_usage("--line is given " + std::to_string(scenario.lines.size()) +
+                    " times; an experiment has three kinds of lines: of client 1, of client 2, of the others"));
   }
   scenario.open = ours ? 4 : 1;
   scenario.clients = paper_clients(scenario, arguments.experiment, arguments.common.seed, arguments.common.scale);
@@ -65,7 +66,8 @@ void add_paper(CLI::App& app, int& exit_code) {
       "kbit/s.\n"
       "Examples:\n"
       "  pmcsim paper --experiment 1 --rules fifo,lcfs,spf,fcsf\n"
-      "  pmcsim paper --experiment 4 --mode ours --meshes shown.json --json times.json --chart times.svg");
+      "  pmcsim paper --experiment 4 --mode ours --meshes shown.json --json times.json --chart times.svg\n\n" +
+      std::string(kExitStatus));
   command->callback([arguments, &exit_code] { exit_code = paper(*arguments); });
 }
 

@@ -3,6 +3,7 @@
 // here; nothing runs.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,12 @@
 
 namespace pmcd::sim {
 
+/// An option of the command line, and the field of a plan that says the same.
+struct PlanOption {
+  const char* option;
+  const char* field;
+};
+
 /// Replaces the lines and clients of `scenario`, and of its uplink, meshes and open requests what the plan has. A JSON
 /// object:
 ///   "lines":   array of {"name", "down_kbit", "up_kbit", "rtt_ms", and optional "queue_bytes"}
@@ -18,9 +25,11 @@ namespace pmcd::sim {
 ///              "stalls_after" or "leaves_after" (a packet of its first mesh),
 ///              "joins_after" (seconds from its arrival until it can ask; simulated where it is missing)}
 ///   optional "uplink_kbit", "uplink_queue_bytes", "open", "meshes" (as `pmcctl show --json` prints them, in an array)
-/// `from` names it in errors.
-Result<Scenario> parse_plan(std::string_view text, const std::string& from, Scenario scenario);
+/// A field that means nothing is refused, and one that the command line says, too. `given`: options whose values
+/// `scenario` has because they were given. `from` names the plan in errors.
+Result<Scenario> parse_plan(std::string_view text, const std::string& from, Scenario scenario,
+                            std::span<const PlanOption> given);
 /// The same of a file.
-Result<Scenario> read_plan(const std::string& path, Scenario scenario);
+Result<Scenario> read_plan(const std::string& path, Scenario scenario, std::span<const PlanOption> given);
 
 }  // namespace pmcd::sim

@@ -10,9 +10,13 @@
 
 namespace pmcd::sim {
 
-/// One policy for each rule ("all": every rule there is), in that order. `options`: "NAME=VALUE"; one that only one
-/// rule has is for that rule and must have it among `rules`.
+/// One policy for each rule, in that order. `rules`: a rule's name, "NAME+OPTION=VALUE+..." with options that this rule
+/// has and others have not, or "all" for every rule there is; blanks around it do not count. `options`: "NAME=VALUE";
+/// one that only one rule has is for that rule and must have it among `rules`.
 Result<std::vector<scheduler::Policy>> read_policies(const std::vector<std::string>& rules,
                                                      const std::vector<std::string>& options);
+
+/// A policy's rule as read_policies() takes it, with the options that differ from their defaults: "gain+until=5".
+std::string rule_text(const scheduler::Policy& policy);
 
 }  // namespace pmcd::sim

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <variant>
 
 namespace pmcd::sim {
@@ -10,7 +11,12 @@ namespace pmcd::sim {
 /// One sentence that names the file, field or argument and its value.
 struct Problem {
   std::string text;
+  bool is_usage = false;  ///< the command line is wrong, by itself or beside a file; else the file is
 };
+
+inline Problem wrong_usage(std::string text) {
+  return {std::move(text), true};
+}
 
 template <typename T>
 using Result = std::variant<T, Problem>;

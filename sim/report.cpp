@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "sim/policies.h"
+
 namespace pmcd::sim {
 namespace {
 
@@ -97,6 +99,17 @@ ordered_json clients_json(const Scenario& scenario, const Outcome& outcome) {
 
 }  // namespace
 
+std::string whole_title(const std::string& title, const Scenario& scenario) {
+  std::array<char, 64> kbit{};
+  std::snprintf(kbit.data(), kbit.size(), "%.10g", scenario.uplink_kbit);
+  return title + "; the server's link carries " + kbit.data() + " kbit/s";
+}
+
+void print_heading(std::ostream& out, const std::string& title, const Scenario& scenario) {
+  out << whole_title(title, scenario) << '\n'
+      << "(uplink= in a policy is not that, but what the daemon is told of it; 0: it measures)\n\n";
+}
+
 void print_summaries(std::ostream& out, const Scenario& scenario, const std::vector<Run>& runs) {
   std::vector<TextRow> rows = {{"policy", "time to", "mean", "median", "p95", "p99", "count"}};
   for (const Run& run : runs) {
@@ -140,7 +153,7 @@ std::string json_of(const std::string& title, const Scenario& scenario, const st
   ordered_json list = ordered_json::array();
   for (const Run& run : runs) {
     const Summary summary = summarize(scenario, run.outcome);
-    ordered_json object = {{"rule", run.policy.rule},
+    ordered_json object = {{"rule", rule_text(run.policy)},
                            {"policy", text_of(run.policy)},
                            {"first_level", distribution_json(summary.first_level)},
                            {"to_10_percent", distribution_json(summary.to_ten_percent)},

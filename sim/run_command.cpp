@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
 // pmcsim run: a crowd of clients on lines of several kinds.
+#include <algorithm>
+#include <array>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -19,8 +22,13 @@ struct RunArguments {
   unsigned open = 4;
   double stall = 0;
   std::string plan;
+  std::vector<PlanOption> beside_plan;  ///< those that were given
   bool each = false;
 };
+
+/// What a plan may leave to the command line.
+constexpr auto kBesidePlan =
+    std::to_array<PlanOption>({{"--uplink", "uplink_kbit"}, {"--open", "open"}, {"--meshes", "meshes"}});
 
 int run(const RunArguments& arguments) {
   auto policies = read_policies(arguments.common.rules, arguments.common.options);
@@ -32,7 +40,7 @@ int run(const RunArguments& arguments) {
   Scenario scenario = std::get<Scenario>(std::move(made));
   scenario.open = arguments.open;
   if (!arguments.plan.empty()) {
-    auto planned = read_plan(arguments.plan, std::move(scenario));
+    auto planned = read_plan(arguments.plan, std::move(scenario), arguments.beside_plan);
     if (const Problem* problem = problem_of(planned)) return refuse(*problem);
     scenario = std::get<Scenario>(std::move(planned));
     return write_results(arguments.common, arguments.plan, scenario,
@@ -69,7 +77,8 @@ void add_run(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   CLI::Option* plan = command->add_option(
       "--plan", arguments->plan,
-      "JSON file that says which clients come when, over which lines, and what they fetch: sim/README.md describes it");
+      "JSON file that says which clients come when, over which lines, and what they fetch: sim/README.md describes it; "
+      "--uplink, --open and --meshes count where it does not say that, too");
   for (const char* drawn : {"--clients", "--arrivals", "--meshes-each", "--stall", "--line", "--scale"}) {
     plan->excludes(command->get_option(drawn));
   }
@@ -78,9 +87,15 @@ void add_run(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  pmcsim run --rule fcsf --option burst=2 --option quantum=500 --option slots=auto --uplink 1024\n"
       "  pmcsim run --rules all --option slots=auto --clients 500 --arrivals poisson:0.5 --chart rules.svg\n"
+      "  pmcsim run --rules fifo,gain,gain+until=5 --option slots=auto\n"
       "  pmcsim run --rule srpt --line phone=8000/2000/60:3 --line fibre=100000/40000/8 --uplink 50000 --json -\n"
-      "  pmcsim run --rule gain --option slots=auto --plan plan.json --network packets --each");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+      "  pmcsim run --rule gain --option slots=auto --plan plan.json --network packets --each\n\n" +
+      std::string(kExitStatus));
+  command->callback([arguments, command, &exit_code] {
+    std::copy_if(kBesidePlan.begin(), kBesidePlan.end(), std::back_inserter(arguments->beside_plan),
+                 [command](const PlanOption& one) { return command->count(one.option) > 0; });
+    exit_code = run(*arguments);
+  });
 }
 
 }  // namespace pmcd::sim

@@ -66,7 +66,8 @@ std::vector<Line> paper_lines() {
 Result<Line> parse_line(std::string_view text) {
   const std::string whole(text);
   const auto wrong = [&whole](const std::string& what) {
-    return Problem{"line \"" + whole + "\": " + what + "; it is NAME=DOWN/UP/RTT_MS[:WEIGHT], kbit/s and milliseconds"};
+    return wrong_usage("line \"" + whole + "\": " + what +
+                       "; it is NAME=DOWN/UP/RTT_MS[:WEIGHT], kbit/s and milliseconds");
   };
   Line line;
   if (text.find('=') == std::string_view::npos) return wrong("has no =");
@@ -106,7 +107,7 @@ Result<ArrivalProcess> parse_arrivals(std::string_view text) {
   if (kind == "poisson" && number && *number >= 1e-6 && *number <= 1e9) {
     return ArrivalProcess{Arrivals::poisson, *number};
   }
-  return Problem{"arrivals \"" + whole + "\": not at-once, every:SECONDS or poisson:CLIENTS_A_SECOND"};
+  return wrong_usage("arrivals \"" + whole + "\": not at-once, every:SECONDS or poisson:CLIENTS_A_SECOND");
 }
 
 std::vector<ClientPlan> draw_clients(const Scenario& scenario, const Crowd& crowd) {

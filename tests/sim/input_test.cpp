@@ -91,16 +91,16 @@ TEST(Meshes, what_is_wrong_is_named) {
   EXPECT_EQ(wrong("{\"name\":"), "m.json: is no JSON");
   EXPECT_EQ(wrong("[]"), "m.json: holds no mesh");
   EXPECT_EQ(wrong(R"({"meshes":[]})"), "m.json: holds no mesh");
-  EXPECT_EQ(wrong("[3]"), "m.json: mesh 1: is 3, not a mesh");
-  EXPECT_EQ(wrong(R"([{"levels":[]}])"), "m.json: mesh 1: has no \"name\"");
-  EXPECT_EQ(wrong(R"([{"name":"a","levels":[]}])"),
-            "m.json: mesh 1 \"a\": \"levels\" is no array of 1 to 100000 levels");
+  EXPECT_EQ(wrong("[3]"), "m.json: [0] is 3, not a mesh");
+  EXPECT_EQ(wrong(R"([{"levels":[]}])"), "m.json: [0] has no \"name\"");
+  EXPECT_EQ(wrong(R"([{"name":"a","levels":[]}])"), "m.json: [0].levels is [], not an array of 1 to 100000 levels");
   EXPECT_EQ(wrong(R"({"name":"a","levels":[{"bytes":1,"vertices":2},{"bytes":0,"vertices":2}]})"),
-            "m.json: mesh 1 \"a\": level 1: \"bytes\" is 0, not a whole number from 1 to 1099511627776");
-  EXPECT_EQ(wrong(R"({"name":"a","levels":[{"bytes":1}]})"), "m.json: mesh 1 \"a\": level 0: has no \"vertices\"");
+            "m.json: levels[1].bytes is 0, not a whole number from 1 to 1099511627776");
+  EXPECT_EQ(wrong(R"({"name":"a","levels":[{"bytes":1}]})"), "m.json: levels[0] has no \"vertices\"");
   EXPECT_EQ(wrong(R"({"name":"a","levels":[{"bytes":1,"vertices":2,"error_rms":-3}]})"),
-            "m.json: mesh 1 \"a\": level 0: \"error_rms\" is -3, not null or a number from 0 on");
-  EXPECT_EQ(wrong(R"({"name":"a","vertices":5,"packets":2})"), "m.json: mesh 1 \"a\": has no \"bytes\"");
+            "m.json: levels[0].error_rms is -3, not null or a number from 0 on");
+  EXPECT_EQ(wrong(R"({"name":"a","vertices":5,"packets":2})"), "m.json: has no \"bytes\"");
+  EXPECT_EQ(wrong(R"({"meshes":[{"name":"a","vertices":5,"packets":2}]})"), "m.json: meshes[0] has no \"bytes\"");
   const std::string header = "name,level,bytes,vertices,error\n";
   EXPECT_EQ(wrong("a,0,1,2,3\n"), "m.json: line 1: is neither JSON nor the header name,level,bytes,vertices,error");
   EXPECT_EQ(wrong(header), "m.json: holds no mesh");
@@ -175,6 +175,35 @@ TEST(Policies, options_go_to_the_rules_that_have_them) {
   EXPECT_EQ(text_of(policies[0]), "fcsf aging=0 burst=2 quantum=250 slots=3 uplink=0");
   EXPECT_EQ(text_of(policies[1]), "fifo aging=0 quantum=250 slots=3 uplink=0");
   EXPECT_EQ(std::get<std::vector<scheduler::Policy>>(read_policies({"all"}, {})).size(), scheduler::all_rules().size());
+}
+
+TEST(Policies, a_rule_may_have_options_of_its_own) {
+  const auto read = read_policies({"gain", " gain+until=5", "fcsf+burst=2 "}, {"slots=3"});
+  ASSERT_EQ(error_of(read), "");
+  const auto& policies = std::get<std::vector<scheduler::Policy>>(read);
+  ASSERT_EQ(policies.size(), 3U);
+  EXPECT_EQ(policies[0].rule_options, scheduler::RuleOptions{});
+  EXPECT_EQ(policies[1].rule_options, (scheduler::RuleOptions{{"until", "5"}}));
+  EXPECT_EQ(policies[2].rule_options, (scheduler::RuleOptions{{"burst", "2"}}));
+  EXPECT_EQ(policies[1].slots, 3U);
+  EXPECT_EQ(rule_text(policies[0]), "gain");
+  EXPECT_EQ(rule_text(policies[1]), "gain+until=5");
+}
+
+TEST(Policies, errors_of_a_rules_own_options_are_those_of_options) {
+  EXPECT_EQ(error_of(read_policies({"fifo+burst=2"}, {})), "option burst: is one of rule fcsf, not of rule fifo");
+  EXPECT_EQ(error_of(read_policies({"fcsf", "fifo+burst=2"}, {})),
+            "option burst: is one of rule fcsf, not of rule fifo");
+  EXPECT_EQ(error_of(read_policies({"gain+until=6"}, {})).substr(0, 30), "option until: \"6\" is none of: ");
+  EXPECT_EQ(error_of(read_policies({"gain+until"}, {})), "option \"until\" is not NAME=VALUE");
+  EXPECT_EQ(error_of(read_policies({"gain+"}, {})), "option \"\" is not NAME=VALUE");
+  EXPECT_EQ(error_of(read_policies({"gain+until=5+until=5"}, {})), "option until is given twice");
+  EXPECT_EQ(error_of(read_policies({"gain+until=5"}, {"until=10"})), "option until is given twice");
+  EXPECT_EQ(error_of(read_policies({"gain+slots=2"}, {})),
+            "option slots: is one of every rule, not of rule gain alone; --option slots=2 gives it to all");
+  EXPECT_EQ(error_of(read_policies({"all+until=5"}, {})),
+            "rule \"all+until=5\": all is every rule, and has no options of its own");
+  EXPECT_EQ(error_of(read_policies({"best+until=5"}, {})).substr(0, 27), "rule: \"best\" is none of: fi");
 }
 
 TEST(Policies, errors_are_the_daemons) {

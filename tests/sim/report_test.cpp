@@ -48,6 +48,16 @@ class Reports : public testing::Test {
   std::vector<sim::Run> runs_;
 };
 
+TEST_F(Reports, heading_tells_the_link_from_what_the_daemon_is_told) {
+  scenario_.uplink_kbit = 1024.5;
+  std::ostringstream out;
+  print_heading(out, "t", scenario_);
+  EXPECT_EQ(out.str(),
+            "t; the server's link carries 1024.5 kbit/s\n"
+            "(uplink= in a policy is not that, but what the daemon is told of it; 0: it measures)\n"
+            "\n");
+}
+
 TEST_F(Reports, client_table) {
   std::ostringstream out;
   print_clients(out, scenario_, runs_[0]);
@@ -78,6 +88,9 @@ TEST_F(Reports, json) {
   EXPECT_NE(text.find("\"policy\": \"fcsf aging=0 burst=2 quantum=0 slots=1 uplink=0\""), std::string::npos);
   EXPECT_NE(text.find("\"to_10_percent\": 1.5"), std::string::npos);
   EXPECT_EQ(json_of("t", scenario_, runs_, false).find("\"stalls\""), std::string::npos);
+  // Rules that differ in their own options only are told apart.
+  EXPECT_NE(text.find("\"rule\": \"fifo\""), std::string::npos);
+  EXPECT_NE(text.find("\"rule\": \"fcsf+burst=2\""), std::string::npos);
 }
 
 TEST_F(Reports, chart_has_a_curve_and_a_name_for_each_run) {
