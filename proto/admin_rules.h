@@ -13,9 +13,9 @@
 // rules:    {"rules":[{"name","summary","options":[{"name","values":["1","2"],"default","summary"}]}],
 //            "common_options":[{"name","value" (what it takes, for people),"default","summary"}]}
 // rule:     R
-// set_rule and revert: {"changed" (false for a dry run, or when nothing would differ),"would_change" (the same, but for a
-//            dry run as if it were none),"dry_run","seconds" (from the command to the new policy in force, 0: nothing
-//            changed),"warnings":[text...],"before":R,"after":R}
+// set_rule and revert: {"changed" (false for a dry run, or when nothing would differ),
+//            "would_change" (the same, but of a dry run as if it were none),"dry_run","seconds" (from the command to
+//            the new policy in force, 0: nothing changed),"warnings":[text...],"before":R,"after":R}
 // history:  {"changes":[{"number","changed_at","rule"|null (back to the configuration),"options" ("name=value ..."),
 //            "uid","pid","reverts"|null}],"damaged":[{"number","error"}]} both newest first; damaged: changes that
 //            the database cannot give any more.
