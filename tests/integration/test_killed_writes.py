@@ -191,7 +191,8 @@ class KilledWrites(house.HouseTest):
             self.assertEqual(daemon.stop(), 0)
         log = daemon.log.read_text(encoding="utf-8")[len(log_before):]
         self.assertEqual("stale socket file is replaced" in log, socket_left, log)
-        self.assertEqual({file.name for file in folder.iterdir()} - {"trace"}, {"meshes.db", "pmcd.log"})
+        self.assertEqual({file.name for file in folder.iterdir()} - {"trace"},
+                         {"meshes.db", "meshes.db.lock", "pmcd.log"})
 
     def assert_collected(self, folder, meshes):
         deadline = time.monotonic() + _PATIENCE_S
